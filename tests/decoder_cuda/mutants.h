@@ -17,7 +17,7 @@ namespace psplit {
 template <typename Decode>
 void expect_mutants_as_on_cpu(Decode decode, int count = 3000) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = all_samples(pool);
+  const std::vector<PatchedSample>& seeds = all_samples(pool);
   std::mt19937 random(2);
   size_t accepted = 0;
   for (int i = 0; i < count; ++i) {

@@ -10,9 +10,10 @@
 #include <functional>
 #include <iomanip>
 
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "tests/support/default_codings.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/reproducible_meshes.h"
 
@@ -20,22 +21,10 @@ namespace psplit {
 namespace {
 
 Mesh named(const std::string& name) {
-  for (NamedMesh& nasty : nasty_meshes())
-    if (nasty.name == name) return std::move(nasty.mesh);
+  for (const NamedMesh& nasty : nasty_meshes())
+    if (nasty.name == name) return nasty.mesh;
   ADD_FAILURE() << name;
   return make_grid(1, 1);
-}
-
-std::vector<AttributeCoding> codings_of(const Mesh& mesh, bool lossless) {
-  std::vector<AttributeCoding> codings(mesh.attributes.size());
-  for (size_t i = 0; i < codings.size() && !lossless; ++i) {
-    const Attribute& attribute = mesh.attributes[i];
-    if (attribute.semantic == "NORMAL")
-      codings[i] = {10, true, {}, 0};
-    else if (attribute.component_type == ComponentType::kFloat32)
-      codings[i] = *fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12);
-  }
-  return codings;
 }
 
 struct Pinned {
@@ -108,11 +97,11 @@ TEST(ContainerBytes, AreThoseOfTheReleaseBefore) {
   };
   for (const Pinned& pinned : all) {
     const Mesh mesh = pinned.mesh();
-    const auto encoded = encode_mesh(mesh, codings_of(mesh, pinned.lossless), pinned.options, ThreadPool(2));
-    ASSERT_TRUE(encoded.ok()) << pinned.name << ": " << encoded.status().to_string();
-    const uint64_t hash = fnv1a(encoded->container);
-    EXPECT_TRUE(encoded->container.size() == pinned.bytes && hash == pinned.hash)
-        << pinned.name << " is now " << encoded->container.size() << ", 0x" << std::hex << std::setfill('0')
+    const auto encoded =
+        must(encode_mesh(mesh, default_codings(mesh, pinned.lossless).codings, pinned.options, ThreadPool(2)));
+    const uint64_t hash = fnv1a(encoded.container);
+    EXPECT_TRUE(encoded.container.size() == pinned.bytes && hash == pinned.hash)
+        << pinned.name << " is now " << encoded.container.size() << ", 0x" << std::hex << std::setfill('0')
         << std::setw(16) << hash << ", with libdraco " << draco_version();
   }
 }

@@ -1,41 +1,19 @@
-// Containers of condensed streams from encode_mesh: they hold what Draco streams hold, and any change of their
-// front is an error or another container.
+// Containers of condensed streams from encode_mesh: they hold what Draco streams hold.
 
-#include <random>
-
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
 #include "src/condensed/expand_container.h"
 #include "src/container/condensed_head.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/default_codings.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-std::vector<AttributeCoding> codings_of(const Mesh& mesh, bool lossless) {
-  std::vector<AttributeCoding> codings;
-  for (const Attribute& attribute : mesh.attributes) {
-    AttributeCoding coding;
-    if (!lossless && attribute.component_type == ComponentType::kFloat32) {
-      const Expected<AttributeCoding> grid = fit_grid(attribute, 12);
-      if (attribute.semantic == "NORMAL") {
-        coding.bits = 10;
-        coding.octahedral = true;
-      } else if (grid.ok()) {
-        coding = *grid;
-      }
-    }
-    codings.push_back(std::move(coding));
-  }
-  return codings;
-}
-
-Expected<EncodedMesh> encode(const Mesh& mesh, const EncodeOptions& options, bool lossless = false,
-                             int threads = 2) {
-  return encode_mesh(mesh, codings_of(mesh, lossless), options, ThreadPool(threads));
+Expected<EncodedMesh> encode(const Mesh& mesh, const EncodeOptions& options, bool lossless = false) {
+  return encode_mesh(mesh, default_codings(mesh, lossless).codings, options, ThreadPool(2));
 }
 
 // A grid in several patches, all of them condensed.
@@ -81,25 +59,11 @@ TEST(EncodeCondensed, ExpandsToThePlainContainer) {
   EXPECT_GT(condensed_count, 10u);
 }
 
-TEST(EncodeCondensed, ThreadsDoNotChangeTheBytes) {
-  const EncodeOptions options{.patch_count = 9, .condense = true};
-  const Mesh mesh = make_grid(60, 60);
-  EXPECT_EQ(encode(mesh, options, false, 1)->container, encode(mesh, options, false, 5)->container);
-}
-
 // A single stream needs no container, so it is condensed only if that is smaller than the stream alone.
 TEST(EncodeCondensed, ASmallMeshStaysAsItIs) {
   const EncodeOptions options{.condense = true};
   const EncodedMesh encoded = must(encode(make_grid(2, 2), options));
   EXPECT_EQ(open_container(encoded.container)->condensed_count(), 0u);
-}
-
-TEST(EncodeCondensed, RefusesEveryTruncation) {
-  const std::vector<uint8_t> bytes = condensed_grid().container;
-  for (size_t length = 0; length < bytes.size(); ++length) {
-    const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_FALSE(open_container(part).ok()) << length;
-  }
 }
 
 // The residue is never condensed, so its row does not say whether it is.
@@ -112,43 +76,17 @@ TEST(EncodeCondensed, RefusesACondensedStreamAsTheResidue) {
 TEST(EncodeCondensed, RefusesAHeadWithoutCondensedStreams) {
   const EncodedMesh encoded = condensed_grid();
   const PatchContainer condensed = *open_container(encoded.container);
-  std::vector<StreamEntry> entries = condensed.entries;
-  std::vector<std::vector<uint8_t>> stitch, streams;
-  for (uint32_t i = 0; i < entries.size(); ++i) {
-    stitch.emplace_back(condensed.stitch[i].begin(), condensed.stitch[i].end());
-    streams.push_back(*expand_patch(condensed, i));
-    entries[i].is_condensed = false;
-    entries[i].stream_bytes = static_cast<uint32_t>(streams.back().size());
+  ContainerParts parts(condensed);
+  for (uint32_t i = 0; i < parts.entries.size(); ++i) {
+    parts.streams[i] = *expand_patch(condensed, i);
+    parts.entries[i].is_condensed = false;
   }
-  const std::span<const uint8_t> head =
-      condensed.bytes.subspan(condensed.header_bytes - condensed.head_bytes, condensed.head_bytes);
-  const std::vector<uint8_t> with_head = write_container(entries, false, stitch, streams, head);
-  EXPECT_EQ(open_container(with_head).status().message(),
+  EXPECT_EQ(open_container(parts.write()).status().message(),
             "container: tables of condensed streams, but no condensed stream");
-  EXPECT_EQ(open_container(write_container(condensed.entries, false, stitch, streams)).status().message(),
+  parts.head.clear();
+  parts.entries = condensed.entries;
+  EXPECT_EQ(open_container(parts.write()).status().message(),
             "container: the directory counts more skeletons than the head has");
-}
-
-// Mutants of all bytes: an error with its place, or another container. Whatever opens can be expanded or says
-// why not, and takes memory in proportion to its bytes.
-TEST(EncodeCondensed, MutantsAreErrorsOrOtherContainers) {
-  const std::vector<uint8_t> bytes = condensed_grid().container;
-  const uint64_t front = open_container(bytes)->header_bytes;
-  const ThreadPool pool(1);
-  std::mt19937 random(3);
-  size_t opened = 0, expanded = 0;
-  for (int round = 0; round < 3000; ++round) {
-    std::vector<uint8_t> mutant = bytes;
-    const uint64_t limit = round % 2 == 0 ? front : mutant.size();
-    for (uint64_t n = 1 + random() % 3; n > 0; --n)
-      mutant[random() % limit] ^= static_cast<uint8_t>(1u << random() % 8);
-    const Expected<PatchContainer> container = open_container(mutant);
-    if (!container) continue;
-    ++opened;
-    expanded += expand_container(*container, pool).ok() ? 1 : 0;
-  }
-  EXPECT_GT(opened, 1000u);
-  EXPECT_GT(expanded, 10u);
 }
 
 }  // namespace

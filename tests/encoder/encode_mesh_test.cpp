@@ -1,13 +1,9 @@
 // The codec end to end, without glTF: every mesh of the catalogue comes back, whatever the options.
 #include "encoder/encode_mesh.h"
 
-#include <cmath>
-#include <cstring>
 #include <random>
 
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
@@ -38,6 +34,8 @@ TEST(EncodeMesh, EveryMeshComesBackQuantized) {
       options.patch_count = patch_count;
       expect_same_mesh_back(named, options, false);
     }
+  options.patch_count = 7;
+  for (const NamedMesh& named : large_grids()) expect_same_mesh_back(named, options, false);
 }
 
 TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
@@ -57,7 +55,8 @@ TEST(EncodeMesh, BytesDoNotDependOnThreads) {
   for (const NamedMesh& named : all_meshes()) {
     SCOPED_TRACE(named.name);
     const Coded coded = default_codings(named.mesh, false);
-    const EncodeOptions options{.patch_count = 5, .verify = false};
+    const EncodeOptions options{
+        .patch_count = 5, .condense = named.mesh.faces.size() % 2 == 0, .verify = false};
     const auto one = must(encode_mesh(named.mesh, coded.codings, options, ThreadPool(1)));
     for (int threads : {2, 7}) {
       const auto many = must(encode_mesh(named.mesh, coded.codings, options, ThreadPool(threads)));
@@ -66,44 +65,20 @@ TEST(EncodeMesh, BytesDoNotDependOnThreads) {
   }
 }
 
-Mesh two_triangles() {
-  Mesh mesh;
-  mesh.point_count = 4;
-  const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
-  Attribute position{"POSITION", ComponentType::kFloat32, 3, false, {}};
-  position.values.resize(positions.size() * 4);
-  std::memcpy(position.values.data(), positions.data(), position.values.size());
-  mesh.attributes.push_back(position);
-  mesh.faces = {{0, 1, 2}, {2, 1, 3}};
-  return mesh;
-}
+Mesh two_triangles() { return make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}, {{0, 1, 2}, {2, 1, 3}}); }
 
 TEST(EncodeMesh, MergesDuplicatesAndCountsThem) {
   Mesh mesh = two_triangles();
   // The second triangle gets points of its own at the same positions.
-  mesh.point_count = 6;
-  Attribute& position = mesh.attributes[0];
-  position.values.resize(6 * 12);
-  std::memcpy(position.values.data() + 4 * 12, position.values.data() + 12, 24);
+  append_points(mesh, 1, 3);
   mesh.faces[1] = {5, 4, 3};
   const Coded coded = default_codings(mesh, true);
   const auto merged = must(encode_mesh(mesh, coded.codings, {}, ThreadPool(1)));
   EXPECT_EQ(merged.statistics.merged_points, 2u);
   EXPECT_EQ(open_container(merged.container)->point_count(), 4u);
-  const EncodeOptions keep{.keep_duplicates = true};
-  const auto kept = must(encode_mesh(mesh, coded.codings, keep, ThreadPool(1)));
+  const auto kept = must(encode_mesh(mesh, coded.codings, {.keep_duplicates = true}, ThreadPool(1)));
   EXPECT_EQ(kept.statistics.merged_points, 0u);
   EXPECT_EQ(open_container(kept.container)->point_count(), 6u);
-}
-
-TEST(EncodeMesh, ExtraBytesKeepPointsApart) {
-  Mesh mesh = two_triangles();
-  std::memcpy(mesh.attributes[0].values.data() + 3 * 12, mesh.attributes[0].values.data(), 12);
-  std::vector<std::byte> extra(4);
-  extra[3] = std::byte{1};
-  const auto encoded =
-      must(encode_mesh(mesh, default_codings(mesh, true).codings, {}, ThreadPool(1), extra, 1));
-  EXPECT_EQ(encoded.source_point.size(), 4u);
 }
 
 TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
@@ -193,13 +168,6 @@ TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {
     }
 }
 
-TEST(StockStream, DecodesToTheCountsItNames) {
-  const Mesh mesh = two_triangles();
-  const auto stock = must(encode_stock_stream(mesh, default_codings(mesh, false).codings, 5));
-  EXPECT_EQ(stock.decoded.faces.size(), 2u);
-  EXPECT_EQ(stock.decoded.point_count, 4u);
-}
-
 TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
   const ThreadPool pool(2);
   const Mesh mesh = make_grid(8, 4);
@@ -215,16 +183,6 @@ TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
   patch_of_face.pop_back();
   options.patch_of_face = patch_of_face;
   EXPECT_EQ(encode_mesh(mesh, codings, options, pool).status().code(), StatusCode::kUsage);
-}
-
-TEST(FitGrid, HoldsAllValuesAndRefusesWhatIsNotFinite) {
-  Mesh mesh = two_triangles();
-  const auto grid = must(fit_grid(mesh.attributes[0], 14));
-  EXPECT_EQ(grid.origin, (std::vector<float>{0, 0, 0}));
-  EXPECT_EQ(grid.range, 1.0f);
-  const float infinity = INFINITY;
-  std::memcpy(mesh.attributes[0].values.data(), &infinity, 4);
-  EXPECT_FALSE(fit_grid(mesh.attributes[0], 14).ok());
 }
 
 }  // namespace

@@ -84,23 +84,20 @@ void expect_same_mesh(const Mesh& mesh, const Coded& codings, EncodedParts& enco
   EXPECT_EQ(opened.face_count(), container.face_count);
   const ThreadPool pool(2);
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
-    const Expected<Mesh> decoded = backend.decode(opened, encoded.requests, pool);
-    ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
-    EXPECT_EQ(compare_meshes(mesh, *decoded, codings.tolerances), "") << backend.name;
-    for (size_t i = 0; i < decoded->attributes.size(); ++i) {
+    const auto decoded = must(backend.decode(opened, encoded.requests, pool));
+    EXPECT_EQ(compare_meshes(mesh, decoded, codings.tolerances), "") << backend.name;
+    for (size_t i = 0; i < decoded.attributes.size(); ++i) {
       std::vector<double> bounds = container.bounds[i].least;
       bounds.insert(bounds.end(), container.bounds[i].most.begin(), container.bounds[i].most.end());
-      EXPECT_EQ(bounds, bounds_of(decoded->attributes[i], decoded->point_count));
+      EXPECT_EQ(bounds, bounds_of(decoded.attributes[i], decoded.point_count));
     }
   }
 }
 
 std::vector<NamedMesh> catalogue() {
   std::vector<NamedMesh> kept;
-  for (NamedMesh& named : all_meshes()) {
-    named.mesh = reduced(named.mesh);
-    if (!named.mesh.faces.empty()) kept.push_back(std::move(named));
-  }
+  for (const NamedMesh& named : all_meshes())
+    if (Mesh mesh = reduced(named.mesh); !mesh.faces.empty()) kept.push_back({named.name, std::move(mesh)});
   return kept;
 }
 
@@ -291,7 +288,7 @@ Broken encode_broken(SpillKind kind, bool when_read, uint64_t step) {
     if (!encoded) {
       ++result.refused;
       EXPECT_EQ(encoded.status().code(), StatusCode::kRuntimeFailure) << encoded.status().to_string();
-      EXPECT_NE(encoded.status().message().find("verification"), std::string::npos);
+      EXPECT_TRUE(contains(encoded.status().message(), "verification"));
       continue;
     }
     ++result.equal;
@@ -349,12 +346,7 @@ TEST(EncodeParts, PassesOnTheErrorsOfSpills) {
 Mesh with_leftovers(uint32_t columns = 40, uint32_t rows = 30) {
   Mesh mesh = make_sheet(columns, rows);
   const uint32_t used = mesh.point_count;
-  mesh.point_count += used / 10;
-  for (Attribute& attribute : mesh.attributes) {
-    const std::vector<std::byte> copy(attribute.values.begin(), attribute.values.end());
-    const size_t more = used / 10 * attribute.stride();
-    attribute.values.insert(attribute.values.end(), copy.end() - static_cast<std::ptrdiff_t>(more), copy.end());
-  }
+  append_points(mesh, used - used / 10, used);
   std::vector<std::array<uint32_t, 3>> faces;
   for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
     const uint32_t a = mesh.faces[i][0], b = mesh.faces[mesh.faces.size() - 1 - i][1];
@@ -393,21 +385,19 @@ TEST(EncodeParts, KeepsFacesThatRepeatAPointAndPointsWithoutFaces) {
     for (const auto& part_of_face :
          {slabs(mesh, 1), slabs(mesh, 5), random_parts(mesh, 3), random_parts(mesh, 900)}) {
       MeshInParts parts = parts_with_unused(mesh, part_of_face);
-      auto encoded = encode(parts, codings.codings, {.patch_faces = 300});
-      ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-      expect_same_mesh(mesh, codings, *encoded);
-      EXPECT_GT(encoded->statistics.residue_faces, 100u);
-      const PartsContainer& container = encoded->containers[0];
+      auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300}));
+      expect_same_mesh(mesh, codings, encoded);
+      EXPECT_GT(encoded.statistics.residue_faces, 100u);
+      const PartsContainer& container = encoded.containers[0];
       EXPECT_LT(container.used_point_count, container.point_count);
-      EXPECT_EQ(container.entries.size(), encoded->statistics.patch_count + 1);
+      EXPECT_EQ(container.entries.size(), encoded.statistics.patch_count + 1);
     }
   }
   // The faces of one part are all in the residue.
   MeshInParts parts(mesh, slabs(mesh, 3));
   for (auto& face : parts.parts()[1].mesh.faces) face[0] = face[1];
-  auto encoded = encode(parts, default_codings(mesh, false).codings, {.patch_faces = 300});
-  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-  EXPECT_EQ(encoded->containers[0].face_count, mesh.faces.size());
+  auto encoded = must(encode(parts, default_codings(mesh, false).codings, {.patch_faces = 300}));
+  EXPECT_EQ(encoded.containers[0].face_count, mesh.faces.size());
 }
 
 TEST(EncodeParts, OnePartWithAResidueIsTheContainerOfEncodeMesh) {
@@ -420,11 +410,9 @@ TEST(EncodeParts, OnePartWithAResidueIsTheContainerOfEncodeMesh) {
     MeshInParts parts(named.mesh, slabs(named.mesh, 1));
     MeshPart& part = parts.parts()[0];
     part = {named.mesh, {}, {}};
-    auto encoded = encode(parts, codings.codings, {.patch_faces = 1u << 30});
-    ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-    const auto whole = encode_mesh(named.mesh, codings.codings, {.keep_duplicates = true}, ThreadPool(2));
-    ASSERT_TRUE(whole.ok());
-    EXPECT_EQ(read_all(*encoded->containers[0].bytes), whole->container);
+    auto encoded = must(encode(parts, codings.codings, {.patch_faces = 1u << 30}));
+    const auto whole = must(encode_mesh(named.mesh, codings.codings, {.keep_duplicates = true}, ThreadPool(2)));
+    EXPECT_EQ(read_all(*encoded.containers[0].bytes), whole.container);
   }
 }
 
@@ -433,15 +421,13 @@ TEST(EncodeParts, AResidueMayEndItsContainer) {
   const Mesh mesh = with_leftovers();
   const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 5));
-  auto encoded = encode(parts, codings.codings, {.patch_faces = 300, .most_residue_points = 50});
-  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-  EXPECT_GT(encoded->containers.size(), 1u);
+  auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300, .most_residue_points = 50}));
+  EXPECT_GT(encoded.containers.size(), 1u);
   uint64_t faces = 0;
-  for (PartsContainer& container : encoded->containers) {
+  for (PartsContainer& container : encoded.containers) {
     const auto decoded =
-        decode_container(draco_backend(), read_all(*container.bytes), encoded->requests, ThreadPool(2));
-    ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
-    faces += decoded->faces.size();
+        must(decode_container(draco_backend(), read_all(*container.bytes), encoded.requests, ThreadPool(2)));
+    faces += decoded.faces.size();
   }
   EXPECT_EQ(faces, mesh.faces.size());
 }
@@ -470,32 +456,22 @@ TEST(EncodeParts, StreamsMayBeAlone) {
   const Mesh mesh = reduced(with_leftovers());
   const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 4));
-  auto encoded = encode(parts, codings.codings, {.patch_faces = 300, .streams = {.alone = Alone::kAll}});
-  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-  EXPECT_EQ(encoded->containers.size(), encoded->statistics.patch_count);
-  EXPECT_TRUE(encoded->statistics.position_error);
+  auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300, .streams = {.alone = Alone::kAll}}));
+  EXPECT_EQ(encoded.containers.size(), encoded.statistics.patch_count);
+  EXPECT_TRUE(encoded.statistics.position_error);
   Mesh all;
   uint32_t own_points = 0;
-  for (PartsContainer& alone : encoded->containers) {
-    const Expected<Mesh> decoded = decode_draco_stream(read_all(*alone.bytes), encoded->requests);
-    ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
-    EXPECT_EQ(decoded->point_count, alone.point_count);
-    EXPECT_EQ(decoded->faces.size(), alone.face_count);
+  for (PartsContainer& alone : encoded.containers) {
+    const auto decoded = must(decode_draco_stream(read_all(*alone.bytes), encoded.requests));
+    EXPECT_EQ(decoded.point_count, alone.point_count);
+    EXPECT_EQ(decoded.faces.size(), alone.face_count);
     ASSERT_EQ(alone.entries.size(), 1u);
     own_points += alone.entries[0].point_count - alone.entries[0].reference_count;
-    for (const auto& [a, b, c] : decoded->faces)
-      all.faces.push_back({all.point_count + a, all.point_count + b, all.point_count + c});
-    all.point_count += decoded->point_count;
-    all.attributes.resize(decoded->attributes.size());
+    append_mesh(all, decoded);
     for (size_t i = 0; i < all.attributes.size(); ++i) {
-      const Attribute& from = decoded->attributes[i];
-      Array<std::byte> values = std::move(all.attributes[i].values);
-      values.insert(values.end(), from.values.begin(), from.values.end());
-      all.attributes[i] = from;
-      all.attributes[i].values = std::move(values);
       std::vector<double> bounds = alone.bounds[i].least;
       bounds.insert(bounds.end(), alone.bounds[i].most.begin(), alone.bounds[i].most.end());
-      EXPECT_EQ(bounds, bounds_of(from, decoded->point_count));
+      EXPECT_EQ(bounds, bounds_of(decoded.attributes[i], decoded.point_count));
     }
   }
   EXPECT_EQ(own_points, mesh.point_count);

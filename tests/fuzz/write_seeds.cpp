@@ -82,8 +82,7 @@ int main(int argc, char** argv) {
   for (const fs::path& path : {core, container, expand, document, mesh_file, mesh})
     fs::create_directories(path);
   size_t number = 0;
-  psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
-                                psplit::StreamSet::kSmall);
+  for (const psplit::DracoStream& stream : psplit::small_draco_streams()) write(core, number++, stream.bytes);
   // The first byte selects a name.
   for (std::string seed : psplit::mesh_file_seeds()) {
     seed.insert(0, 1, static_cast<char>(number % 4));
@@ -98,7 +97,7 @@ int main(int argc, char** argv) {
   }
   const psplit::ThreadPool pool;
   write_documents(document, pool);
-  for (psplit::NamedMesh& named : psplit::nasty_meshes()) {
+  for (psplit::NamedMesh named : psplit::nasty_meshes()) {
     std::erase_if(named.mesh.attributes,
                   [](const auto& attribute) { return attribute.semantic != "POSITION"; });
     std::vector<psplit::AttributeCoding> codings(named.mesh.attributes.size());

@@ -11,6 +11,7 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json.h"
+#include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/expect.h"
@@ -35,6 +36,10 @@ inline Json& accessor_of(Document& document, const char* semantic, size_t mesh =
 
 inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t primitive = 0) {
   return read_primitive(document, {mesh, primitive}, draco_backend(), test_pool());
+}
+
+inline void add_mesh(Document& document, const Mesh& mesh) {
+  document.json()["meshes"].push_back({{"primitives", Json::array({append_primitive(document, mesh)})}});
 }
 
 // Options that split every primitive, however small.

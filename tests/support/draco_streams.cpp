@@ -113,7 +113,8 @@ class Generator {
  public:
   Generator(const std::function<void(const DracoStream&)>& visit, StreamSet set)
       : visit_(visit), all_(set == StreamSet::kAll) {
-    for (const NamedMesh& mesh : all_meshes()) meshes_.push_back(subject_of(mesh.name, mesh.mesh));
+    for (const std::vector<NamedMesh>* meshes : {&all_meshes(), &large_grids()})
+      for (const NamedMesh& mesh : *meshes) meshes_.push_back(subject_of(mesh.name, mesh.mesh));
   }
 
   void run() {
@@ -459,6 +460,15 @@ class Generator {
 
 void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set) {
   Generator(visit, set).run();
+}
+
+const std::vector<DracoStream>& small_draco_streams() {
+  static const std::vector<DracoStream> made = [] {
+    std::vector<DracoStream> streams;
+    for_each_draco_stream([&](const DracoStream& stream) { streams.push_back(stream); }, StreamSet::kSmall);
+    return streams;
+  }();
+  return made;
 }
 
 }  // namespace psplit

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/draco_oracle.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit {
 
@@ -20,8 +21,14 @@ enum class StreamSet {
   kAll,    // some ten thousand streams, of up to two million points; takes ten seconds
 };
 
-// Calls `visit` with each stream of the set, always in the same order and with the same bytes. libdraco can
-// decode all of them.
+// What a test asks for that is to see all streams. Sanitizers see them in one test, and only kSmall elsewhere.
+inline constexpr StreamSet kFullSet = mutants_to_try(10) == 10 ? StreamSet::kAll : StreamSet::kSmall;
+
+// Makes the streams of the set, always in the same order and with the same bytes, and calls `visit` with each.
+// libdraco can decode all of them.
 void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set);
+
+// The streams of kSmall. A process makes them once.
+const std::vector<DracoStream>& small_draco_streams();
 
 }  // namespace psplit

@@ -6,6 +6,17 @@
 
 namespace psplit {
 
+std::string binary_stl(std::span<const StlFacet> facets) {
+  std::string text(80, ' ');
+  const auto count = static_cast<uint32_t>(facets.size());
+  text.append(reinterpret_cast<const char*>(&count), sizeof count);
+  for (const StlFacet& facet : facets) {
+    text.append(reinterpret_cast<const char*>(facet.data()), sizeof facet);
+    text.append(2, '\0');
+  }
+  return text;
+}
+
 std::vector<std::string> mesh_file_seeds() {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::string indices = "property list uchar int vertex_indices\nend_header\n";

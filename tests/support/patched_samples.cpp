@@ -6,22 +6,19 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/condensing/condense.h"
+#include "encoder/draco/draco_backend.h"
 #include "src/container/patch_container.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 
 namespace {
 
-PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
-                            const EncodeOptions& options, const ThreadPool& pool) {
-  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
-  if (!encoded) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), encoded.status().to_string().c_str());
-    std::abort();
-  }
-  PatchedSample sample{std::move(name), std::move(*encoded), {}};
-  sample.requests = sample.encoded.requests;
+// With the container of its streams condensed.
+PatchedSample condensed(PatchedSample sample, std::vector<uint8_t> container) {
+  sample.name += ", condensed";
+  sample.encoded.container = std::move(container);
   return sample;
 }
 
@@ -53,17 +50,53 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
   return made;
 }
 
+std::vector<CondensedSample> condense_samples(const ThreadPool& pool) {
+  std::vector<CondensedSample> samples;
+  bool smallest = false;
+  for (const PatchedSample& original : patched_samples(pool)) {
+    std::vector<uint8_t> container =
+        condensed_container(*open_container(original.encoded.container), smallest, pool);
+    if (container.empty()) continue;
+    samples.push_back({original, std::move(container)});
+    smallest = !smallest;
+  }
+  return samples;
+}
+
 std::vector<PatchedSample> make_all_samples(const ThreadPool& pool) {
   std::vector<PatchedSample> all = patched_samples(pool);
-  for (CondensedSample& sample : condensed_samples(pool)) {
-    PatchedSample& added = all.emplace_back(std::move(sample.original));
-    added.name += ", condensed";
-    added.encoded.container = std::move(sample.container);
-  }
+  for (const CondensedSample& sample : condensed_samples(pool))
+    all.push_back(condensed(sample.original, sample.container));
   return all;
 }
 
+std::vector<PatchedSample> make_large_samples(const ThreadPool& pool) {
+  std::vector<PatchedSample> made;
+  for (const auto& [name, mesh] : large_grids()) {
+    const AttributeCoding grid = fit_grid(mesh.attributes[0], 12).value();
+    made.push_back(encode_sample(name, mesh, std::span(&grid, 1), {.patch_count = 7, .verify = false}, pool));
+  }
+  const PatchedSample& last = made.back();
+  made.push_back(condensed(last, condensed_container(*open_container(last.encoded.container), false, pool)));
+  return made;
+}
+
 }  // namespace
+
+PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
+                            const EncodeOptions& options, const ThreadPool& pool) {
+  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
+  Expected<Mesh> decoded = encoded
+                               ? decode_container(draco_backend(), encoded->container, encoded->requests, pool)
+                               : encoded.status();
+  if (!decoded) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), decoded.status().to_string().c_str());
+    std::abort();
+  }
+  PatchedSample sample{std::move(name), std::move(*encoded), {}, std::move(*decoded)};
+  sample.requests = sample.encoded.requests;
+  return sample;
+}
 
 std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits) {
   std::vector<AttributeCoding> codings;
@@ -73,7 +106,7 @@ std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits) {
   return codings;
 }
 
-std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
+const std::vector<PatchedSample>& patched_samples(const ThreadPool& pool) {
   static const std::vector<PatchedSample> made = encode_samples(pool);
   return made;
 }
@@ -84,21 +117,18 @@ std::vector<uint8_t> condensed_container(const PatchContainer& container, bool s
   return condensed ? std::move(condensed->bytes) : std::vector<uint8_t>();
 }
 
-std::vector<CondensedSample> condensed_samples(const ThreadPool& pool) {
-  std::vector<CondensedSample> samples;
-  bool smallest = false;
-  for (PatchedSample& original : patched_samples(pool)) {
-    std::vector<uint8_t> container =
-        condensed_container(*open_container(original.encoded.container), smallest, pool);
-    if (container.empty()) continue;
-    samples.push_back({std::move(original), std::move(container)});
-    smallest = !smallest;
-  }
-  return samples;
+const std::vector<CondensedSample>& condensed_samples(const ThreadPool& pool) {
+  static const std::vector<CondensedSample> made = condense_samples(pool);
+  return made;
 }
 
-std::vector<PatchedSample> all_samples(const ThreadPool& pool) {
+const std::vector<PatchedSample>& all_samples(const ThreadPool& pool) {
   static const std::vector<PatchedSample> made = make_all_samples(pool);
+  return made;
+}
+
+const std::vector<PatchedSample>& large_samples(const ThreadPool& pool) {
+  static const std::vector<PatchedSample> made = make_large_samples(pool);
   return made;
 }
 

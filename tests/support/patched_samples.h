@@ -1,6 +1,7 @@
 // Containers for tests of decoders.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,14 +14,20 @@ struct PatchedSample {
   std::string name;
   EncodedMesh encoded;
   std::vector<AttributeRequest> requests;  // all attributes, in the encoded types
+  Mesh mesh;                               // what libdraco decodes
 };
 
 // A grid of `bits` for each attribute; normals are octahedral.
 std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits);
 
+PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
+                            const EncodeOptions& options, const ThreadPool& pool);
+
+// A process makes each of these sets once, with the pool of its first caller.
+
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Then long edges on fine grids. All streams are Draco's. A process makes them once.
-std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
+// Then long edges on fine grids. All streams are Draco's.
+const std::vector<PatchedSample>& patched_samples(const ThreadPool& pool);
 
 // A container with its streams condensed, whether it gets smaller or not. `smallest` is that of condense. Empty
 // if no stream can be condensed.
@@ -33,10 +40,13 @@ struct CondensedSample {
   PatchedSample original;
   std::vector<uint8_t> container;
 };
-std::vector<CondensedSample> condensed_samples(const ThreadPool& pool);
+const std::vector<CondensedSample>& condensed_samples(const ThreadPool& pool);
 
-// patched_samples, and then the containers of condensed_samples. A process makes them once.
-std::vector<PatchedSample> all_samples(const ThreadPool& pool);
+// patched_samples, and then the containers of condensed_samples.
+const std::vector<PatchedSample>& all_samples(const ThreadPool& pool);
+
+// Grids at the limit of 16-bit indices, the larger one also condensed.
+const std::vector<PatchedSample>& large_samples(const ThreadPool& pool);
 
 bool same_bits(const Mesh& a, const Mesh& b);
 

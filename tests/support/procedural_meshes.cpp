@@ -28,6 +28,30 @@ Mesh take_points(const Mesh& mesh, const std::vector<uint32_t>& points) {
   return taken;
 }
 
+void append_points(Mesh& mesh, uint32_t first, uint32_t end) {
+  for (Attribute& attribute : mesh.attributes) {
+    const size_t stride = attribute.stride(), old = attribute.values.size();
+    attribute.values.resize(old + (end - first) * stride);
+    std::memcpy(attribute.values.data() + old, attribute.values.data() + first * stride,
+                (end - first) * stride);
+  }
+  mesh.point_count += end - first;
+}
+
+void append_mesh(Mesh& to, const Mesh& mesh) {
+  for (const auto& [a, b, c] : mesh.faces)
+    to.faces.push_back({to.point_count + a, to.point_count + b, to.point_count + c});
+  if (to.attributes.empty()) {
+    to.attributes = mesh.attributes;
+  } else {
+    for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+      const Array<std::byte>& values = mesh.attributes[i].values;
+      to.attributes[i].values.insert(to.attributes[i].values.end(), values.begin(), values.end());
+    }
+  }
+  to.point_count += mesh.point_count;
+}
+
 Mesh make_mesh(const std::vector<float>& positions, Faces faces) {
   Mesh mesh;
   mesh.point_count = static_cast<uint32_t>(positions.size() / 3);
@@ -441,10 +465,6 @@ void add_degenerates(std::vector<NamedMesh>& meshes) {
 }
 
 void add_extremes(std::vector<NamedMesh>& meshes) {
-  Mesh below = make_grid(254, 256);  // 255 * 257 = 65,535
-  Mesh at = make_grid(255, 255);     // 256 * 256 = 65,536
-  meshes.push_back({"65,535 points", std::move(below)});
-  meshes.push_back({"65,536 points", std::move(at)});
   meshes.push_back({"huge coordinates", scaled(torus(20, 12), 1e30f)});
   meshes.push_back({"tiny coordinates", scaled(torus(20, 12), 1e-30f)});
   std::vector<float> far = positions_of(torus(20, 12));
@@ -514,6 +534,30 @@ void add_attributes(std::vector<NamedMesh>& meshes) {
                     })});
 }
 
+std::vector<NamedMesh> generate_shapes() {
+  struct Sample {
+    const char* name;
+    ShapeOptions options;
+  };
+  const Sample samples[] = {{"terrain", {Shape::kTerrain, 12000, 1, true, true}},
+                            {"bare terrain", {Shape::kTerrain, 5000, 2, false, false}},
+                            {"blob", {Shape::kBlob, 12000, 3, true, true}},
+                            {"bare blob", {Shape::kBlob, 5000, 4, false, false}},
+                            {"gyroid", {Shape::kGyroid, 20000, 5, true, false}},
+                            {"textured gyroid", {Shape::kGyroid, 9000, 6, false, true}},
+                            {"scene", {Shape::kScene, 30000, 7, true, true}}};
+  const ThreadPool pool;
+  std::vector<NamedMesh> meshes;
+  for (const Sample& sample : samples) {
+    Expected<std::vector<Mesh>> shapes = generate_shape(sample.options, pool);
+    if (!shapes) throw std::runtime_error(shapes.status().to_string());
+    for (size_t i = 0; i < shapes->size(); ++i)
+      meshes.push_back({shapes->size() == 1 ? sample.name : sample.name + (" " + std::to_string(i)),
+                        std::move((*shapes)[i])});
+  }
+  return meshes;
+}
+
 }  // namespace
 
 Mesh floats_of_every_kind() {
@@ -568,43 +612,36 @@ Mesh long_edges() {
   return mesh;
 }
 
-std::vector<NamedMesh> nasty_meshes() {
-  std::vector<NamedMesh> meshes;
-  add_topologies(meshes);
-  add_degenerates(meshes);
-  add_extremes(meshes);
-  add_attributes(meshes);
-  return meshes;
+const std::vector<NamedMesh>& nasty_meshes() {
+  static const std::vector<NamedMesh> made = [] {
+    std::vector<NamedMesh> meshes;
+    add_topologies(meshes);
+    add_degenerates(meshes);
+    add_extremes(meshes);
+    add_attributes(meshes);
+    return meshes;
+  }();
+  return made;
 }
 
-std::vector<NamedMesh> procedural_meshes() {
-  struct Sample {
-    const char* name;
-    ShapeOptions options;
-  };
-  const Sample samples[] = {{"terrain", {Shape::kTerrain, 12000, 1, true, true}},
-                            {"bare terrain", {Shape::kTerrain, 5000, 2, false, false}},
-                            {"blob", {Shape::kBlob, 12000, 3, true, true}},
-                            {"bare blob", {Shape::kBlob, 5000, 4, false, false}},
-                            {"gyroid", {Shape::kGyroid, 20000, 5, true, false}},
-                            {"textured gyroid", {Shape::kGyroid, 9000, 6, false, true}},
-                            {"scene", {Shape::kScene, 30000, 7, true, true}}};
-  const ThreadPool pool;
-  std::vector<NamedMesh> meshes;
-  for (const Sample& sample : samples) {
-    Expected<std::vector<Mesh>> shapes = generate_shape(sample.options, pool);
-    if (!shapes) throw std::runtime_error(shapes.status().to_string());
-    for (size_t i = 0; i < shapes->size(); ++i)
-      meshes.push_back({shapes->size() == 1 ? sample.name : sample.name + (" " + std::to_string(i)),
-                        std::move((*shapes)[i])});
-  }
-  return meshes;
+const std::vector<NamedMesh>& large_grids() {
+  static const std::vector<NamedMesh> made = {{"65,535 points", make_grid(254, 256)},
+                                              {"65,536 points", make_grid(255, 255)}};
+  return made;
 }
 
-std::vector<NamedMesh> all_meshes() {
-  std::vector<NamedMesh> meshes = procedural_meshes();
-  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
-  return meshes;
+const std::vector<NamedMesh>& procedural_meshes() {
+  static const std::vector<NamedMesh> made = generate_shapes();
+  return made;
+}
+
+const std::vector<NamedMesh>& all_meshes() {
+  static const std::vector<NamedMesh> made = [] {
+    std::vector<NamedMesh> meshes = procedural_meshes();
+    meshes.insert(meshes.end(), nasty_meshes().begin(), nasty_meshes().end());
+    return meshes;
+  }();
+  return made;
 }
 
 }  // namespace psplit

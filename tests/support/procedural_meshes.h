@@ -17,14 +17,19 @@ struct NamedMesh {
   Mesh mesh;
 };
 
-// Meshes that are valid glTF but unusual in as many ways as possible. The same on every call.
-std::vector<NamedMesh> nasty_meshes();
+// A process makes each of these once.
+
+// Meshes that are valid glTF but unusual in as many ways as possible.
+const std::vector<NamedMesh>& nasty_meshes();
+
+// Grids at the limit of 16-bit indices, which take as long as all other meshes together.
+const std::vector<NamedMesh>& large_grids();
 
 // Every built-in shape with some thousand faces, with and without normals and texture coordinates.
-std::vector<NamedMesh> procedural_meshes();
+const std::vector<NamedMesh>& procedural_meshes();
 
 // procedural_meshes, then nasty_meshes.
-std::vector<NamedMesh> all_meshes();
+const std::vector<NamedMesh>& all_meshes();
 
 // A sheet whose points are all at different places, with floats of every kind: zeros of both signs, subnormals,
 // the largest and the smallest, and arbitrary bits. All attributes except POSITION also have infinities and
@@ -58,6 +63,12 @@ std::vector<T> values_of(const Attribute& attribute) {
 
 // The points `points` of a mesh, in this order, without faces.
 Mesh take_points(const Mesh& mesh, const std::vector<uint32_t>& points);
+
+// Appends copies of the points [first, end).
+void append_points(Mesh& mesh, uint32_t first, uint32_t end);
+
+// Appends another mesh with the same attributes, or the first one.
+void append_mesh(Mesh& to, const Mesh& mesh);
 
 // A mesh whose POSITION has three floats for each point.
 Mesh make_mesh(const std::vector<float>& positions, Faces faces);

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -67,8 +68,8 @@ Mesh quantized(const Mesh& mesh, const Tolerance& grid, size_t nudge) {
 }
 
 Mesh sample() {
-  for (NamedMesh& named : procedural_meshes())
-    if (named.name == "terrain") return std::move(named.mesh);
+  for (const NamedMesh& named : procedural_meshes())
+    if (named.name == "terrain") return named.mesh;
   ADD_FAILURE() << "no terrain";
   return {};
 }
@@ -115,7 +116,7 @@ TEST(CompareMeshes, FindsOneFaceTurnedOver) {
   Mesh other = sample();
   std::swap(other.faces[100][0], other.faces[100][1]);
   const std::string difference = compare_meshes(sample(), renumbered(other));
-  EXPECT_NE(difference.find("mirror image"), std::string::npos) << difference;
+  EXPECT_TRUE(contains(difference, "mirror image"));
 }
 
 TEST(CompareMeshes, FindsAMissingFaceAndARepeatedOne) {

@@ -122,10 +122,9 @@ TEST(DistanceBound, HoldsForDecodedPositions) {
     for (const int bits : {4, 11, 14, 16, 18, 20, 21, 22, 23, 24}) {
       const Mesh mesh = scattered(origin, range, static_cast<uint32_t>(bits));
       const std::vector<AttributeCoding> codings{*fit_grid(mesh.attributes[0], bits)};
-      const Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, {}, pool);
-      ASSERT_TRUE(encoded.ok()) << origin << " " << bits << encoded.status().to_string();
+      const auto encoded = must(encode_mesh(mesh, codings, {}, pool));
       const double bound = distance_bound(codings[0]);
-      const std::optional<double>& error = encoded->statistics.position_error;
+      const std::optional<double>& error = encoded.statistics.position_error;
       ASSERT_TRUE(error.has_value());
       EXPECT_LE(*error, bound) << origin << " " << range << " " << bits;
       // The bound is not idle. If floats are coarser than the grid, positions may be exact.

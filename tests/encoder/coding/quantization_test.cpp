@@ -6,6 +6,7 @@
 
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit {
 namespace {
@@ -37,8 +38,8 @@ TEST(FitGrid, FitsColorsInsideTheLimits) {
   const auto between = [&](float low, float high) {
     return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f;
   };
-  for (int round = 0; round < 3000; ++round) {
-    const int bits = 1 + round % 14;
+  for (size_t round = 0; round < mutants_to_try(3000); ++round) {
+    const int bits = static_cast<int>(1 + round % 14);
     const float low = round % 3 == 0 ? 0 : between(0, 1), high = round % 3 == 1 ? 1 : between(low, 1);
     std::vector<float> values = {low, low, 1, high, between(low, high), 1};
     values.push_back(round % 2 == 0 ? 1 : between(low, high));
@@ -72,6 +73,13 @@ TEST(FitGrid, KeepsColorsThatWereBytes) {
   const auto grid = must(fit_grid(floats("COLOR_0", 3, values), 8));
   EXPECT_EQ(grid.range, 1);
   EXPECT_LT(fit_grid(floats("COLOR_0", 3, values), 7)->range, 0.36f);
+}
+
+TEST(FitGrid, HoldsAllValuesAndRefusesWhatIsNotFinite) {
+  const auto grid = must(fit_grid(floats("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}), 14));
+  EXPECT_EQ(grid.origin, (std::vector<float>{0, 0, 0}));
+  EXPECT_EQ(grid.range, 1.0f);
+  EXPECT_FALSE(fit_grid(floats("POSITION", 3, {INFINITY, 0, 0}), 14).ok());
 }
 
 TEST(FitGrid, OfJoinedBoundsIsTheCubeOfTheirBox) {

@@ -3,7 +3,6 @@
 #include "encoder/condensing/condense.h"
 
 #include <algorithm>
-#include <random>
 
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/draco_fields.h"
@@ -101,18 +100,16 @@ TEST(Condense, EveryKindOfStreamIsCondensedAndComesBack) {
   constexpr size_t kCopies = 20;
   Features condensed;
   size_t larger = 0;  // condensed, some streams of a few large numbers would get larger
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        SCOPED_TRACE(stream.name);
-        const std::vector<Bytes> copies(kCopies, stream.bytes);
-        const CondensedStreams result = condense_and_expand(copies, condensed.streams % 2 == 1);
-        const bool is_condensed = result.entries[0].is_condensed;
-        const bool may_be_condensed = has_rules_of_condensed_streams(stream.bytes);
-        EXPECT_TRUE(may_be_condensed || !is_condensed);
-        if (is_condensed) condensed.count(stream.bytes);
-        if (may_be_condensed && !is_condensed) ++larger;
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& stream : small_draco_streams()) {
+    SCOPED_TRACE(stream.name);
+    const std::vector<Bytes> copies(kCopies, stream.bytes);
+    const CondensedStreams result = condense_and_expand(copies, condensed.streams % 2 == 1);
+    const bool is_condensed = result.entries[0].is_condensed;
+    const bool may_be_condensed = has_rules_of_condensed_streams(stream.bytes);
+    EXPECT_TRUE(may_be_condensed || !is_condensed);
+    if (is_condensed) condensed.count(stream.bytes);
+    if (may_be_condensed && !is_condensed) ++larger;
+  }
   EXPECT_GT(condensed.streams, 100u);
   EXPECT_LT(larger, condensed.streams / 10);
   for (const size_t feature : {condensed.handles, condensed.valence, condensed.components, condensed.interior,
@@ -132,17 +129,15 @@ TEST(Condense, StreamsOfDifferentKindsShareModels) {
   constexpr size_t kTogether = 100;
   std::vector<Bytes> streams;
   size_t condensed = 0, skeletons = 0;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        streams.push_back(stream.bytes);
-        if (streams.size() < kTogether) return;
-        const CondensedStreams result = condense_and_expand(streams);
-        condensed += static_cast<size_t>(condensed_count(result.entries));
-        for (const StreamEntry& entry : result.entries)
-          skeletons = std::max<size_t>(skeletons, entry.skeleton + 1u);
-        streams.clear();
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& stream : small_draco_streams()) {
+    streams.push_back(stream.bytes);
+    if (streams.size() < kTogether) continue;
+    const CondensedStreams result = condense_and_expand(streams);
+    condensed += static_cast<size_t>(condensed_count(result.entries));
+    for (const StreamEntry& entry : result.entries)
+      skeletons = std::max<size_t>(skeletons, entry.skeleton + 1u);
+    streams.clear();
+  }
   EXPECT_GT(condensed, 100u);
   EXPECT_GT(skeletons, 5u);
 }
@@ -150,12 +145,10 @@ TEST(Condense, StreamsOfDifferentKindsShareModels) {
 // Streams with handles, seams and more, as patches of one primitive would be.
 std::vector<Bytes> some_streams(size_t count) {
   std::vector<Bytes> streams;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        if (stream.bytes.size() > 500 && has_rules_of_condensed_streams(stream.bytes))
-          streams.push_back(stream.bytes);
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& stream : small_draco_streams()) {
+    if (stream.bytes.size() > 500 && has_rules_of_condensed_streams(stream.bytes))
+      streams.push_back(stream.bytes);
+  }
   EXPECT_GT(streams.size(), count);
   streams.resize(count);
   return streams;
@@ -178,15 +171,13 @@ TEST(Condense, TheNumberOfThreadsChangesNothing) {
 TEST(Condense, AStreamThatDoesNotComeBackIsStored) {
   Bytes stream;
   DracoFields fields;
-  for_each_draco_stream(
-      [&](const DracoStream& candidate) {
-        Expected<DracoFields> read = read_fields(candidate.bytes);
-        if (!stream.empty() || !read || read->attributes.size() != 1 || read->vertex_count < 100) return;
-        if (read->attributes[0].skeleton.scheme != core::Scheme::kParallelogram) return;
-        stream = candidate.bytes;
-        fields = std::move(*read);
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& candidate : small_draco_streams()) {
+    Expected<DracoFields> read = read_fields(candidate.bytes);
+    if (!stream.empty() || !read || read->attributes.size() != 1 || read->vertex_count < 100) continue;
+    if (read->attributes[0].skeleton.scheme != core::Scheme::kParallelogram) continue;
+    stream = candidate.bytes;
+    fields = std::move(*read);
+  }
   ASSERT_FALSE(stream.empty());
   std::vector<Bytes> streams(40, stream);
   --fields.attributes[0].wrap_min;
@@ -209,17 +200,15 @@ TEST(Condense, AStreamWhoseCountsDifferFromItsRowIsStored) {
 
 TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
   size_t stored = 0, condensed = 0;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        if (!has_rules_of_condensed_streams(stream.bytes) || stream.bytes.size() > 300) return;
-        const CondensedStreams result = condense_and_expand(std::span(&stream.bytes, 1));
-        EXPECT_EQ(!result.entries[0].is_condensed, result.head.empty());
-        ++(result.head.empty() ? stored : condensed);
-        if (!result.head.empty()) {
-          EXPECT_LT(result.head.size() + result.bytes[0].size(), stream.bytes.size());
-        }
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& stream : small_draco_streams()) {
+    if (!has_rules_of_condensed_streams(stream.bytes) || stream.bytes.size() > 300) continue;
+    const CondensedStreams result = condense_and_expand(std::span(&stream.bytes, 1));
+    EXPECT_EQ(!result.entries[0].is_condensed, result.head.empty());
+    ++(result.head.empty() ? stored : condensed);
+    if (!result.head.empty()) {
+      EXPECT_LT(result.head.size() + result.bytes[0].size(), stream.bytes.size());
+    }
+  }
   EXPECT_GT(stored, 0u);
   EXPECT_GT(condensed, 0u);
   EXPECT_TRUE(condense({}, false, ThreadPool(1)).bytes.empty());

@@ -74,8 +74,7 @@ TEST(TexturePrediction, FailsForNoGrid) {
         std::vector<AttributeCoding> codings = fine_codings(mesh, 12);
         codings[kPositions] = bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[kPositions], bits);
         codings[2] = texture_bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[2], texture_bits);
-        const EncodeOptions options{.patch_count = 2, .encode_speed = speed};
-        const auto encoded = must(encode_mesh(mesh, codings, options, pool));
+        const auto encoded = must(encode_mesh(mesh, codings, {.patch_count = 2, .encode_speed = speed}, pool));
         const auto stock = must(encode_stock_stream(mesh, codings, speed));
         constexpr size_t kMethodAt = 8;
         EXPECT_EQ(stock.bytes[kMethodAt], 1);  // Edgebreaker: it did not fall back to a sequential stream

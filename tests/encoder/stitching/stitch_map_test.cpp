@@ -3,6 +3,7 @@
 #include <random>
 
 #include "tests/support/expect.h"
+#include "tests/support/mutants.h"
 
 namespace psplit {
 namespace {
@@ -107,12 +108,11 @@ TEST(StitchMap, RefusesEveryTruncationAndEveryExtension) {
   for (const StitchMap& map : maps) {
     std::vector<uint8_t> bytes = write_stitch_map(map, 1, 4);
     ASSERT_TRUE(parse_stitch_map(two_quads(bytes), 1).ok());
-    for (size_t length = 0; length < bytes.size(); ++length) {
-      const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+    for_each_truncation(bytes, [](const std::vector<uint8_t>& part) {
       const Expected<StitchMap> parsed = parse_stitch_map(two_quads(part), 1);
-      ASSERT_FALSE(parsed.ok()) << length;
+      ASSERT_FALSE(parsed.ok()) << part.size();
       EXPECT_EQ(parsed.status().place().patch, 1);
-    }
+    });
     bytes.push_back(0);
     EXPECT_FALSE(parse_stitch_map(two_quads(bytes), 1).ok());
   }

@@ -88,16 +88,9 @@ TEST(CompatKhr, AssetsWithoutMeshesStayWhatTheyAre) {
 TEST(CompatKhr, SkinnedPointsAreMergedWhereOthersGo) {
   constexpr uint32_t kUnused = 7;
   const Mesh grid = rich_mesh(6, 6);
-  Mesh mesh = grid;
-  mesh.point_count = kUnused + 2 * grid.point_count;
-  for (Attribute& attribute : mesh.attributes) {
-    const Array<std::byte> values = attribute.values;
-    attribute.values.clear();
-    attribute.values.insert(attribute.values.end(), values.begin(),
-                            values.begin() + static_cast<std::ptrdiff_t>(kUnused * attribute.stride()));
-    for (int copy = 0; copy < 2; ++copy)
-      attribute.values.insert(attribute.values.end(), values.begin(), values.end());
-  }
+  Mesh mesh = take_points(grid, {0, 1, 2, 3, 4, 5, 6});
+  mesh.faces = grid.faces;
+  for (int copy = 0; copy < 2; ++copy) append_mesh(mesh, {grid.point_count, {}, grid.attributes});
   for (size_t i = 0; i < mesh.faces.size(); ++i)
     for (uint32_t& point : mesh.faces[i]) point += kUnused + (i % 2 == 0 ? 0 : grid.point_count);
   Document document = document_from_mesh(mesh);

@@ -51,8 +51,7 @@ Document stock_document(const Mesh& mesh) {
 
 TEST(Condense, PatchesExpandToThoseOfDraco) {
   Document plain = document_from_mesh(rich_mesh(kColumns, kRows)), condensed = plain;
-  const EncodeDocumentOptions options{.patches = {.count = 5}};
-  ASSERT_TRUE(encode_with(plain, options).ok());
+  ASSERT_TRUE(encode_with(plain, {.patches = {.count = 5}}).ok());
   ASSERT_TRUE(encode_with(condensed, condensing(5)).ok());
   EXPECT_TRUE(is_condensed(condensed));
   EXPECT_EQ(without_views(condensed), without_views(plain));
@@ -110,8 +109,7 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
 // Patches that the input has already: nothing is encoded again.
 TEST(Condense, PatchesAreCondensedAsTheyAre) {
   Document before = document_from_mesh(rich_mesh(kColumns, kRows));
-  const EncodeDocumentOptions options{.patches = {.count = 5}};
-  ASSERT_TRUE(encode_with(before, options).ok());
+  ASSERT_TRUE(encode_with(before, {.patches = {.count = 5}}).ok());
   // Another primitive has the same container.
   Json& primitives = before.json()["meshes"][0]["primitives"];
   primitives.push_back(Json(primitives[0]));

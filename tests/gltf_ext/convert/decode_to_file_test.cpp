@@ -49,8 +49,7 @@ TEST_F(DecodeToFile, GivesTheSameOutput) {
       document.json()["images"] = Json::array({{{"mimeType", "image/png"}, {"bufferView", 0}}});
       document.json()["images"][0]["bufferView"] = document.json()["bufferViews"].size() - 1;
     }
-    const EncodeDocumentOptions options{.patches = {.count = 9}};
-    ASSERT_TRUE(encode(document, options).ok());
+    ASSERT_TRUE(encode(document, {.patches = {.count = 9}}).ok());
     expect_same_output(document);
   }
 }
@@ -67,38 +66,16 @@ TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
   Json points = primitive;
   points["mode"] = 0;
   document.json()["meshes"][2]["primitives"][1] = points;
-  const EncodeDocumentOptions options{.patches = {.count = 5}, .condense = true};
-  ASSERT_TRUE(encode(document, options).ok());
+  ASSERT_TRUE(encode(document, {.patches = {.count = 5}, .condense = true}).ok());
   expect_same_output(document);
 }
 
 // They are decoded one after the other, between containers that are decoded window by window.
 TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
   Document document = document_from_mesh(rich_mesh(20, 10));
-  Json meshes = document.json()["meshes"];
-  for (const uint32_t columns : {25u, 30u, 35u}) {
-    const Document other = document_from_mesh(rich_mesh(columns, 10));
-    Json& json = document.json();
-    const size_t views = json["bufferViews"].size(), accessors = json["accessors"].size();
-    const size_t buffer = document.buffers.size();
-    json["buffers"].push_back(other.json()["buffers"][0]);
-    document.buffers.push_back(other.buffers[0]);
-    for (Json view : other.json()["bufferViews"]) {
-      view["buffer"] = buffer;
-      json["bufferViews"].push_back(std::move(view));
-    }
-    for (Json accessor : other.json()["accessors"]) {
-      accessor["bufferView"] = accessor["bufferView"].get<size_t>() + views;
-      json["accessors"].push_back(std::move(accessor));
-    }
-    Json mesh = other.json()["meshes"][0];
-    for (auto& [semantic, index] : mesh["primitives"][0]["attributes"].items())
-      index = index.get<size_t>() + accessors;
-    mesh["primitives"][0]["indices"] = mesh["primitives"][0]["indices"].get<size_t>() + accessors;
-    json["meshes"].push_back(std::move(mesh));
-  }
-  EncodeDocumentOptions options{.patches = {.faces = 500}};
-  options.compat = Compat::kKhr;  // all of them become stock Draco
+  for (const uint32_t columns : {25u, 30u, 35u}) add_mesh(document, rich_mesh(columns, 10));
+  // All of them become stock Draco.
+  const EncodeDocumentOptions options{.patches = {.faces = 500}, .compat = Compat::kKhr};
   ASSERT_TRUE(encode_document(document, options, draco_backend(), test_pool()).ok());
   expect_same_output(document);
 }
@@ -137,8 +114,7 @@ TEST_F(DecodeToFile, ABufferKeepsItsName) {
 
 TEST_F(DecodeToFile, GivesTheSameErrors) {
   Document document = document_from_mesh(rich_mesh());
-  const EncodeDocumentOptions options{.patches = {.count = 4}};
-  ASSERT_TRUE(encode(document, options).ok());
+  ASSERT_TRUE(encode(document, {.patches = {.count = 4}}).ok());
   document.source = "asset.glb";
   // Whether the document is refused.
   const auto expect_same_error = [&](const Document& broken) {

@@ -45,8 +45,7 @@ Document patched(Fallback fallback = Fallback::kNone) {
   points["mode"] = 0;
   document.json()["meshes"] =
       Json::array({{{"primitives", {points}}}, {{"primitives", Json::array({points, primitive})}}});
-  const EncodeDocumentOptions options{.patches = {.count = 4}, .fallback = fallback};
-  EXPECT_TRUE(encode(document, options).ok());
+  EXPECT_TRUE(encode(document, {.patches = {.count = 4}, .fallback = fallback}).ok());
   document.source = "asset.glb";
   return document;
 }
@@ -327,8 +326,7 @@ TEST(Validate, TypesOfStoredAttributes) {
 TEST(Validate, CopiesOfPoints) {
   const std::string found = broken([](Document& document) {
     Document coarse = document_from_mesh(rich_mesh());
-    const EncodeDocumentOptions options{.patches = {.count = 4}, .position_bits = 9};
-    ASSERT_TRUE(encode(coarse, options).ok());
+    ASSERT_TRUE(encode(coarse, {.patches = {.count = 4}, .position_bits = 9}).ok());
     const auto coarse_bytes = *buffer_view_bytes(
         coarse, primitive_of(coarse)["extensions"][kExtensionName]["bufferView"].get<int64_t>());
     const ContainerParts other(must(open_container(coarse_bytes)));

@@ -323,20 +323,5 @@ TEST(Quantization, InterleavedIntegersComeBackExactly) {
   }
 }
 
-TEST(Indices, OfEveryWidthAndNone) {
-  const Mesh mesh = make_grid(6, 5);
-  for (const ComponentType type : {ComponentType::kUint8, ComponentType::kUint16, ComponentType::kUint32}) {
-    Document document = document_from_mesh(mesh);
-    AccessorData data{type, 1, false, static_cast<uint32_t>(3 * mesh.faces.size()), {}};
-    for (const auto& face : mesh.faces)
-      for (const uint32_t point : face)
-        for (size_t b = 0; b < component_bytes(type); ++b)
-          data.values.push_back(static_cast<std::byte>(point >> (8 * b) & 0xff));
-    primitive_of(document)["indices"] = append_accessor(document, data, 34963, false);
-    ASSERT_TRUE(encode(document, options_of(true)));
-    EXPECT_EQ(compare_meshes(mesh, *read(document)), "");
-  }
-}
-
 }  // namespace
 }  // namespace psplit

@@ -1,7 +1,6 @@
 #include "gltf_ext/files/temporary_file.h"
 
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -11,6 +10,7 @@
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tests/support/child.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -21,23 +21,13 @@ namespace fs = std::filesystem;
 class Temporaries : public testing::Test {
  protected:
   std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
-  // Runs in a new process. Returns its exit code, or -1 if a signal ended it.
-  template <typename Act>
-  static int in_process(const Act& act) {
-    const pid_t child = fork();
-    if (child == 0) _exit(act());
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
   TestFolder folder_;
   const std::vector<uint8_t> bytes_ = std::vector<uint8_t>(100000, 7);
 };
 
 TEST_F(Temporaries, WhatADeadWriterLeftGoes) {
   const fs::path target = folder_ / "x.glb";
-  in_process([&] {
+  run_in_child([&] {
     const TemporaryFile file(target);
     return std::fputs("half", file.file()) >= 0 && std::fflush(file.file()) == 0 ? (_exit(0), 0) : 1;
   });
@@ -51,7 +41,7 @@ TEST_F(Temporaries, WhatADeadWriterLeftGoes) {
 TEST_F(Temporaries, WhatALiveWriterHasStays) {
   TemporaryFile mine(folder_ / "x.glb");
   ASSERT_TRUE(mine.is_open());
-  EXPECT_EQ(in_process([&] {
+  EXPECT_EQ(run_in_child([&] {
               remove_dead_temporaries(folder_);
               return fs::exists(mine.path()) ? 0 : 1;
             }),
@@ -64,7 +54,7 @@ TEST_F(Temporaries, WhatALiveWriterHasStays) {
 
 TEST_F(Temporaries, ASignalRemovesThem) {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
-    const int code = in_process([&] {
+    const int code = run_in_child([&] {
       if (std::freopen("/dev/null", "w", stderr) == nullptr) return 1;
       const StopEndsProcess stop_ends_process;
       const TemporaryFile one(folder_ / "x.glb"), two(folder_ / "y.glb");
@@ -78,7 +68,7 @@ TEST_F(Temporaries, ASignalRemovesThem) {
     EXPECT_TRUE(fs::remove(folder_ / "z.glb"));
   }
   // What the process ignores, as nohup makes it do, does not end it.
-  EXPECT_EQ(in_process([] {
+  EXPECT_EQ(run_in_child([] {
               std::signal(SIGHUP, SIG_IGN);
               const StopEndsProcess stop_ends_process;
               std::raise(SIGHUP);
@@ -120,7 +110,7 @@ TEST_F(Temporaries, NewFilesTakeNoNameThatIsTaken) {
 }
 
 TEST_F(Temporaries, TheLimitOnAFilesSizeIsAnErrorAndLeavesNothing) {
-  const int code = in_process([&] {
+  const int code = run_in_child([&] {
     let_writes_past_size_limit_fail();
     const rlimit limit{4096, 4096};
     if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return 1;

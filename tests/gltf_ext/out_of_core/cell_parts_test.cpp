@@ -6,6 +6,7 @@
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/mesh_files/repair_values.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
@@ -130,14 +131,8 @@ Mesh shape(uint64_t faces, bool rich) {
 // Every 7th face gets points of its own, and every 11th repeats one; some points are unused.
 Mesh with_duplicates(Mesh mesh) {
   const auto copy_point = [&](uint32_t point) {
-    for (Attribute& attribute : mesh.attributes) {
-      const size_t stride = attribute.stride();
-      const std::vector<std::byte> value(
-          attribute.values.begin() + static_cast<std::ptrdiff_t>(point * stride),
-          attribute.values.begin() + static_cast<std::ptrdiff_t>((point + 1) * stride));
-      attribute.values.insert(attribute.values.end(), value.begin(), value.end());
-    }
-    return mesh.point_count++;
+    append_points(mesh, point, point + 1);
+    return mesh.point_count - 1;
   };
   for (size_t i = 0; i < mesh.faces.size(); ++i) {
     if (i % 7 == 0)
@@ -219,17 +214,12 @@ std::vector<Facet> facets_of(const Mesh& mesh, const NormalOf& normal_of) {
   return facets;
 }
 
-std::vector<uint8_t> binary_stl(const std::vector<Facet>& facets) {
-  std::vector<uint8_t> bytes(84 + 50 * facets.size());
-  const auto count = static_cast<uint32_t>(facets.size());
-  std::memcpy(bytes.data() + 80, &count, sizeof(count));
-  for (size_t i = 0; i < facets.size(); ++i) std::memcpy(bytes.data() + 84 + 50 * i, &facets[i], 48);
-  return bytes;
-}
-
 void expect_facets_as_read(const std::vector<Facet>& facets) {
   const TestFolder folder;
-  const std::vector<uint8_t> bytes = binary_stl(facets);
+  std::vector<StlFacet> stored(facets.size());
+  for (size_t i = 0; i < facets.size(); ++i) std::memcpy(&stored[i], &facets[i], sizeof(Facet));
+  const std::string text = binary_stl(stored);
+  const std::vector<uint8_t> bytes(text.begin(), text.end());
   Scanner whole(memory_stream(bytes));
   MeshFile file = must(read_stl(whole));
   repair_values(file);
@@ -302,14 +292,8 @@ TEST(CellParts, CodingsAreThoseOfStoredPoints) {
   const ReducedMesh stored = reduce(mesh, {false, true, true});
   // A point that no face uses, and one of a degenerate face.
   for (const float far : {-1000.0f, 1000.0f}) {
-    for (Attribute& attribute : mesh.attributes) {
-      const auto first = attribute.values.begin(),
-                 last = first + static_cast<std::ptrdiff_t>(attribute.stride());
-      const std::vector<std::byte> copy(first, last);
-      attribute.values.insert(attribute.values.end(), copy.begin(), copy.end());
-    }
-    std::memcpy(mesh.attributes[0].values.data() + mesh.point_count * size_t{12}, &far, sizeof(far));
-    ++mesh.point_count;
+    append_points(mesh, 0, 1);
+    std::memcpy(mesh.attributes[0].values.data() + (mesh.point_count - 1) * size_t{12}, &far, sizeof(far));
   }
   mesh.faces.push_back({0, 0, mesh.point_count - 1});
   const Parts parts = cut(mesh, folder, 1000);

@@ -13,6 +13,7 @@
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
@@ -77,18 +78,14 @@ std::string ply_of(const Mesh& mesh, Form form) {
 }
 
 std::string stl_of(const Mesh& mesh) {
-  std::string text(84, ' ');
-  const auto count = static_cast<uint32_t>(mesh.faces.size());
-  std::memcpy(text.data() + 80, &count, sizeof(count));
+  std::vector<StlFacet> facets;
   for (const auto& face : mesh.faces) {
-    std::string facet(50, '\0');
-    const float up = face[0] % 3 == 0 ? 0.0f : 1.0f;  // some normals have no direction
-    std::memcpy(facet.data() + 8, &up, sizeof(up));
+    StlFacet& facet =
+        facets.emplace_back(StlFacet{0, 0, face[0] % 3 == 0 ? 0.0f : 1.0f});  // some have no direction
     for (size_t c = 0; c < 3; ++c)
-      std::memcpy(facet.data() + 12 * (c + 1), mesh.attributes[0].values.data() + face[c] * 12, 12);
-    text += facet;
+      std::memcpy(&facet[3 * (c + 1)], mesh.attributes[0].values.data() + face[c] * 12, 12);
   }
-  return text;
+  return binary_stl(facets);
 }
 
 struct InMemory {
@@ -105,6 +102,11 @@ InMemory in_memory(const std::string& file, const EncodeDocumentOptions& options
   return result;
 }
 
+OutOfCoreOptions small_parts(const std::filesystem::path& folder, uint64_t faces = 6000) {
+  const OutOfCoreOptions limits{.memory = uint64_t{1} << 30, .temporary = folder, .most_part_faces = faces};
+  return limits;
+}
+
 Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                                         const EncodeDocumentOptions& options, const OutOfCoreOptions& limits) {
   Expected<Scanner> scanner = open_scanner(std::move(stream));
@@ -114,18 +116,29 @@ Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, cons
   return encode_out_of_core(*scanner, *format, source, options, limits, test_pool());
 }
 
-OutOfCoreOptions small_parts(const std::filesystem::path& folder, uint64_t faces = 6000) {
-  const OutOfCoreOptions limits{.memory = uint64_t{1} << 30, .temporary = folder, .most_part_faces = faces};
-  return limits;
+// In small parts. No temporary file is left.
+Expected<OutOfCoreResult> encode_file(const std::string& file, const EncodeDocumentOptions& options = {},
+                                      uint64_t part_faces = 6000, const char* name = "test") {
+  const TestFolder folder;
+  auto result = encode_stream(memory_stream(bytes_of(file)), name, options, small_parts(folder, part_faces));
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  return result;
+}
+
+Expected<std::vector<PrimitiveReport>> encode_in_parts(Document& document, const EncodeDocumentOptions& options,
+                                                       uint64_t most_container_points = 0) {
+  const TestFolder folder;
+  OutOfCoreOptions limits = small_parts(folder);
+  if (most_container_points > 0) limits.most_container_points = most_container_points;
+  auto reports = encode_document(document, options, draco_backend(), test_pool(), {}, limits);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  return reports;
 }
 
 // The result is that of encoding in memory, except for the order of points and faces.
 void expect_as_in_memory(const std::string& file, EncodeDocumentOptions options = {}) {
-  const TestFolder folder;
   InMemory expected = in_memory(file, options);
-  OutOfCoreResult actual =
-      must(encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder)));
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  OutOfCoreResult actual = must(encode_file(file, options));
   EXPECT_EQ(actual.warnings, expected.warnings);
 
   // The report.
@@ -181,12 +194,10 @@ TEST(EncodeOutOfCore, LeavesAttributesOut) {
   EncodeDocumentOptions options{.skip = {"NORMAL", "COLOR_0"}};
   expect_as_in_memory(ply_of(blob(9000), Form::kLittle), options);
   // Facets become points with their normals in memory, and without them in files.
-  const TestFolder folder;
   options.skip = {"NORMAL"};
   const std::string stl = stl_of(blob(9000));
   const InMemory expected = in_memory(stl, options);
-  OutOfCoreResult actual =
-      must(encode_stream(memory_stream(bytes_of(stl)), "test", options, small_parts(folder)));
+  OutOfCoreResult actual = must(encode_file(stl, options));
   EXPECT_EQ(actual.report.dropped_attributes, options.skip);
   EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
 }
@@ -245,11 +256,8 @@ void expect_obj_as_in_memory(const EncodeDocumentOptions& options) {
       std::copy_n(attribute.values.begin(), 100 * attribute.stride(),
                   attribute.values.begin() + static_cast<std::ptrdiff_t>(100 * attribute.stride()));
     const std::string file = obj_of(mesh, with_texcoords);
-    const TestFolder folder;
     InMemory expected = in_memory(file, options);
-    OutOfCoreResult actual =
-        must(encode_stream(memory_stream(bytes_of(file)), "test.obj", options, small_parts(folder)));
-    EXPECT_TRUE(std::filesystem::is_empty(folder));
+    OutOfCoreResult actual = must(encode_file(file, options, 6000, "test.obj"));
     EXPECT_EQ(std::set<std::string>(actual.warnings.begin(), actual.warnings.end()),
               std::set<std::string>(expected.warnings.begin(), expected.warnings.end()));
     EXPECT_EQ(actual.report.faces, expected.reports[0].faces);
@@ -285,17 +293,12 @@ TEST(EncodeOutOfCore, ObjKeepsWhatIsWanted) {
 TEST(EncodeOutOfCore, ObjOfSeveralMaterialsIsUnsupported) {
   const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1 2 3\n";
   for (const char* more : {"usemtl a\nf 1 2 3\n", "o a\nf 1 2 3\n", "f 1/1 2/1 3/1\n"}) {
-    const std::string file = points + more;
-    const TestFolder folder;
-    const auto result = encode_stream(memory_stream(bytes_of(file)), "test.obj", {}, small_parts(folder));
+    const auto result = encode_file(points + more, {}, 6000, "test.obj");
     EXPECT_EQ(result.status().code(), StatusCode::kUnsupported);
     EXPECT_TRUE(contains(result.status().message(), "not read part by part"));
   }
-  const TestFolder folder;
-  const std::string missing = points + "f 1 2 4\n";
-  EXPECT_EQ(
-      encode_stream(memory_stream(bytes_of(missing)), "t.obj", {}, small_parts(folder)).status().message(),
-      "line 6: a face names vertex 4, but there are 3");
+  EXPECT_EQ(encode_file(points + "f 1 2 4\n", {}, 6000, "t.obj").status().message(),
+            "line 6: a face names vertex 4, but there are 3");
 }
 
 std::string degenerate_ply(bool equal_points) {
@@ -310,13 +313,10 @@ std::string degenerate_ply(bool equal_points) {
 
 // Nothing is encoded, as in memory.
 TEST(EncodeOutOfCore, OnlyDegenerateTrianglesStayAsTheyAre) {
-  const TestFolder folder;
   for (const bool equal_points : {false, true}) {
     const std::string file = degenerate_ply(equal_points);
     InMemory expected = in_memory(file, {});
-    OutOfCoreResult actual =
-        must(encode_stream(memory_stream(bytes_of(file)), "test", {}, small_parts(folder)));
-    EXPECT_TRUE(std::filesystem::is_empty(folder));
+    OutOfCoreResult actual = must(encode_file(file));
     EXPECT_EQ(actual.report.skipped, expected.reports[0].skipped);
     EXPECT_EQ(actual.report.skipped, "no triangles but degenerate ones");
     EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
@@ -327,7 +327,7 @@ TEST(EncodeOutOfCore, OnlyDegenerateTrianglesStayAsTheyAre) {
   }
   Mesh flat = blob(500);
   for (auto& face : flat.faces) face[1] = face[0];
-  const auto stl = must(encode_stream(memory_stream(bytes_of(stl_of(flat))), "test", {}, small_parts(folder)));
+  const auto stl = must(encode_file(stl_of(flat)));
   EXPECT_EQ(stl.report.skipped, "no triangles but degenerate ones");
   EXPECT_EQ(read(stl.document)->faces.size(), flat.faces.size());
 }
@@ -396,12 +396,10 @@ TEST(EncodeOutOfCore, AHeaderThatLiesIsInvalid) {
 }
 
 TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
-  const TestFolder folder;
   const std::string file = ply_of(blob(25000), Form::kLittle);
   const EncodeDocumentOptions options{.patches = {.count = 4}};
   InMemory expected = in_memory(file, options);
-  OutOfCoreResult actual =
-      must(encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder, 1000000)));
+  OutOfCoreResult actual = must(encode_file(file, options, 1000000));
   const auto container = [](Document& document) {
     const Json& extension = primitive_of(document)["extensions"]["PSPLIT_mesh_draco_patches"];
     const auto bytes = buffer_view_bytes(document, extension["bufferView"].get<int64_t>());
@@ -411,11 +409,7 @@ TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
 }
 
 TEST(EncodeOutOfCore, PositionsCannotBeSkipped) {
-  const TestFolder folder;
-  EncodeDocumentOptions options;
-  options.skip = {"POSITION"};
-  const auto result = encode_stream(memory_stream(bytes_of(ply_of(blob(2000), Form::kLittle))), "test", options,
-                                    small_parts(folder));
+  const auto result = encode_file(ply_of(blob(2000), Form::kLittle), {.skip = {"POSITION"}});
   EXPECT_EQ(result.status().code(), StatusCode::kUsage);
 }
 
@@ -423,11 +417,7 @@ TEST(EncodeOutOfCore, PositionsCannotBeSkipped) {
 Mesh untidy(uint64_t faces) {
   Mesh mesh = blob(faces);
   const uint32_t count = mesh.point_count;
-  for (Attribute& attribute : mesh.attributes) {
-    const std::vector<std::byte> copy(attribute.values.begin(), attribute.values.end());
-    attribute.values.insert(attribute.values.end(), copy.begin(), copy.end());
-  }
-  mesh.point_count = 2 * count;  // point i equals point count + i
+  append_points(mesh, 0, count);  // point i equals point count + i
   std::vector<std::array<uint32_t, 3>> all;
   for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
     auto [a, b, c] = mesh.faces[i];
@@ -455,16 +445,13 @@ TEST(EncodeOutOfCore, KeepsAll) {
   expect_options_as_in_memory(
       {.lossless = true, .keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
   // Even if there is nothing else.
-  EncodeDocumentOptions options;
-  options.keep_degenerate = true;
+  const EncodeDocumentOptions options{.keep_degenerate = true};
   for (const bool equal_points : {false, true}) {
-    const TestFolder folder;
     const std::string file = degenerate_ply(equal_points);
     const InMemory expected = in_memory(file, options);
-    const auto actual = encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder));
-    ASSERT_TRUE(actual.ok()) << actual.status().to_string();
-    EXPECT_EQ(actual->report.skipped, "");
-    EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual->document)), "");
+    const auto actual = must(encode_file(file, options));
+    EXPECT_EQ(actual.report.skipped, "");
+    EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
   }
 }
 
@@ -474,34 +461,18 @@ TEST(EncodeOutOfCore, Condenses) {
   expect_as_in_memory(ply_of(blob(30000), Form::kLittle), options);
   options.keep_degenerate = options.keep_unused = true;
   expect_as_in_memory(ply_of(untidy(12000), Form::kLittle), options);
-  const TestFolder folder;
   const std::string file = ply_of(blob(30000), Form::kLittle);
-  const auto plain = encode_stream(memory_stream(bytes_of(file)), "test", {}, small_parts(folder));
-  const auto condensed = encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder));
-  ASSERT_TRUE(plain.ok() && condensed.ok());
-  EXPECT_LT(condensed->report.bytes, plain->report.bytes);
-  EXPECT_GT(condensed->report.head_bytes, 0u);
-  EXPECT_TRUE(condensed->report.streams[0].is_condensed);
+  const auto plain = must(encode_file(file)), condensed = must(encode_file(file, options));
+  EXPECT_LT(condensed.report.bytes, plain.report.bytes);
+  EXPECT_GT(condensed.report.head_bytes, 0u);
+  EXPECT_TRUE(condensed.report.streams[0].is_condensed);
 }
 
 // All primitives of a mesh as one, with equal points merged: patches of their own have copies at their borders.
 Mesh joined(const Document& document, size_t mesh = 0) {
   Mesh all;
   const size_t count = document.json()["meshes"][mesh]["primitives"].size();
-  for (size_t i = 0; i < count; ++i) {
-    const Expected<Mesh> part = read(document, mesh, i);
-    EXPECT_TRUE(part.ok()) << part.status().to_string();
-    for (const auto& [a, b, c] : part->faces)
-      all.faces.push_back({all.point_count + a, all.point_count + b, all.point_count + c});
-    all.point_count += part->point_count;
-    all.attributes.resize(part->attributes.size());
-    for (size_t k = 0; k < all.attributes.size(); ++k) {
-      Array<std::byte> values = std::move(all.attributes[k].values);
-      values.insert(values.end(), part->attributes[k].values.begin(), part->attributes[k].values.end());
-      all.attributes[k] = part->attributes[k];
-      all.attributes[k].values = std::move(values);
-    }
-  }
+  for (size_t i = 0; i < count; ++i) append_mesh(all, must(read(document, mesh, i)));
   return reduce(all, {}).mesh;
 }
 
@@ -510,26 +481,21 @@ TEST(EncodeOutOfCore, PatchesMayBePrimitivesOfTheirOwn) {
   options.compat = Compat::kKhr;
   for (const bool keeps_degenerate : {false, true}) {
     options.keep_degenerate = keeps_degenerate;
-    const TestFolder folder;
     const std::string file = ply_of(untidy(12000), Form::kLittle);
     InMemory expected = in_memory(file, options);
-    auto actual = encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder));
-    ASSERT_TRUE(actual.ok()) << actual.status().to_string();
-    EXPECT_TRUE(std::filesystem::is_empty(folder));
-    const size_t count = actual->document.json()["meshes"][0]["primitives"].size();
+    auto actual = must(encode_file(file, options));
+    const size_t count = actual.document.json()["meshes"][0]["primitives"].size();
     EXPECT_GT(count, 1u);
-    EXPECT_EQ(actual->report.stored_as, StoredAs::kPatchPrimitives);
-    EXPECT_EQ(actual->report.streams.size(), count);
-    EXPECT_EQ(actual->report.has_residue, keeps_degenerate);
+    EXPECT_EQ(actual.report.stored_as, StoredAs::kPatchPrimitives);
+    EXPECT_EQ(actual.report.streams.size(), count);
+    EXPECT_EQ(actual.report.has_residue, keeps_degenerate);
     for (size_t i = 0; i < count; ++i) {
-      Document& document = actual->document;
+      Document& document = actual.document;
       EXPECT_TRUE(primitive_of(document, 0, i)["extensions"].contains("KHR_draco_mesh_compression"));
-      const Expected<Mesh> part = read(document, 0, i);
-      ASSERT_TRUE(part.ok()) << part.status().to_string();
-      EXPECT_EQ(accessor_of(document, "POSITION", 0, i)["count"], part->point_count);
+      EXPECT_EQ(accessor_of(document, "POSITION", 0, i)["count"], must(read(document, 0, i)).point_count);
     }
-    EXPECT_EQ(actual->document.json()["extensionsRequired"], expected.document.json()["extensionsRequired"]);
-    EXPECT_EQ(compare_meshes(joined(expected.document), joined(actual->document)), "");
+    EXPECT_EQ(actual.document.json()["extensionsRequired"], expected.document.json()["extensionsRequired"]);
+    EXPECT_EQ(compare_meshes(joined(expected.document), joined(actual.document)), "");
   }
 }
 
@@ -539,12 +505,8 @@ TEST(EncodeOutOfCore, AFallbackIsTheDecodedMesh) {
     options.fallback = Fallback::kUncompressed;
     options.compat = compat;
     options.keep_unused = options.keep_degenerate = compat == Compat::kNone;
-    const TestFolder folder;
-    auto actual = encode_stream(memory_stream(bytes_of(ply_of(untidy(12000), Form::kLittle))), "test", options,
-                                small_parts(folder));
-    ASSERT_TRUE(actual.ok()) << actual.status().to_string();
-    EXPECT_TRUE(std::filesystem::is_empty(folder));
-    Document& document = actual->document;
+    auto actual = must(encode_file(ply_of(untidy(12000), Form::kLittle), options));
+    Document& document = actual.document;
     EXPECT_FALSE(document.json().contains("extensionsRequired"));
     EXPECT_EQ(findings_of(document, cpu_backend()), "");
     const Mesh compressed = joined(document);
@@ -555,10 +517,7 @@ TEST(EncodeOutOfCore, AFallbackIsTheDecodedMesh) {
 }
 
 TEST(EncodeOutOfCore, SaysWhatItCannotRead) {
-  const TestFolder folder;
-  const auto status_of = [&](const std::string& file) {
-    return encode_stream(memory_stream(bytes_of(file)), "test", {}, small_parts(folder)).status();
-  };
+  const auto status_of = [](const std::string& file) { return encode_file(file).status(); };
   EXPECT_EQ(status_of("").code(), StatusCode::kInvalidInput);
   EXPECT_EQ(status_of("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").code(), StatusCode::kUnsupported);
   const std::string file = ply_of(blob(2000), Form::kLittle);
@@ -573,36 +532,15 @@ TEST(EncodeOutOfCore, SaysWhatItCannotRead) {
 // A document with a large primitive on two nodes and a small one.
 Document large_and_small(uint64_t faces) {
   Document document = document_from_mesh(blob(faces));
-  const Document small = document_from_mesh(blob(2000));
-  // The small mesh's accessors, views and bytes follow those of the large one.
-  Json& json = document.json();
-  const size_t views = json["bufferViews"].size(), accessors = json["accessors"].size();
-  json["buffers"].push_back(small.json()["buffers"][0]);
-  document.buffers.push_back(small.buffers[0]);
-  for (Json view : small.json()["bufferViews"]) {
-    view["buffer"] = 1;
-    json["bufferViews"].push_back(std::move(view));
-  }
-  for (Json accessor : small.json()["accessors"]) {
-    accessor["bufferView"] = accessor["bufferView"].get<size_t>() + views;
-    json["accessors"].push_back(std::move(accessor));
-  }
-  Json mesh = small.json()["meshes"][0];
-  Json& primitive = mesh["primitives"][0];
-  for (auto& [semantic, index] : primitive["attributes"].items()) index = index.get<size_t>() + accessors;
-  primitive["indices"] = primitive["indices"].get<size_t>() + accessors;
-  json["meshes"].push_back(json["meshes"][0]);
-  json["meshes"].push_back(std::move(mesh));
+  document.json()["meshes"].push_back(document.json()["meshes"][0]);
+  add_mesh(document, blob(2000));
   return document;
 }
 
 TEST(EncodeLargePrimitives, EncodesThemInPartsAndTheOthersAsAlways) {
-  const TestFolder folder;
   Document expected = large_and_small(30000), actual = expected;
   auto expected_reports = must(encode(expected));
-  const EncodeDocumentOptions options{.patches = {.always = true}};
-  auto reports = must(encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder)));
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  auto reports = must(encode_in_parts(actual, {.patches = {.always = true}}));
   ASSERT_EQ(reports.size(), 3u);
   EXPECT_GT(reports[0].streams.size(), expected_reports[0].streams.size());
   for (size_t mesh = 0; mesh < 3; ++mesh) {
@@ -623,14 +561,12 @@ TEST(EncodeLargePrimitives, EncodesThemInPartsAndTheOthersAsAlways) {
 }
 
 TEST(EncodeLargePrimitives, KeepsWhatIsWanted) {
-  const TestFolder folder;
   Document expected = document_from_mesh(untidy(12000)), actual = expected;
   EncodeDocumentOptions options;
   options.keep_degenerate = options.keep_unused = options.keep_duplicates = true;
   ASSERT_TRUE(encode(expected, options).ok());
-  const auto reports = encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder));
-  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
-  EXPECT_GT((*reports)[0].streams.size(), 2u);
+  const auto reports = must(encode_in_parts(actual, options));
+  EXPECT_GT(reports[0].streams.size(), 2u);
   EXPECT_EQ(compare_meshes(*read(expected), *read(actual)), "");
   EXPECT_EQ(findings_of(actual, cpu_backend()), "");
   // Two primitives would keep the same points.
@@ -639,19 +575,16 @@ TEST(EncodeLargePrimitives, KeepsWhatIsWanted) {
   primitives.push_back(primitives[0]);
   primitives[1].erase("indices");
   options.volume = QuantizationVolume::kPrimitive;
-  const Status status =
-      encode_document(sharing, options, draco_backend(), test_pool(), {}, small_parts(folder)).status();
+  const Status status = encode_in_parts(sharing, options).status();
   EXPECT_EQ(status.code(), StatusCode::kUnsupported);
-  EXPECT_NE(status.message().find("--keep-unused"), std::string::npos) << status.message();
+  EXPECT_TRUE(contains(status.message(), "--keep-unused"));
 }
 
 TEST(EncodeLargePrimitives, LeavesAttributesOut) {
-  const TestFolder folder;
   Document expected = large_and_small(9000), actual = expected;
   const EncodeDocumentOptions options{.patches = {.always = true}, .skip = {"NORMAL"}};
   const auto expected_reports = must(encode(expected, options));
-  const auto reports =
-      must(encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder)));
+  const auto reports = must(encode_in_parts(actual, options));
   for (size_t mesh = 0; mesh < 3; ++mesh) {
     EXPECT_EQ(reports[mesh].dropped_attributes, options.skip);
     EXPECT_EQ(expected_reports[mesh].dropped_attributes, options.skip);
@@ -686,12 +619,9 @@ TEST(EncodeLargePrimitives, ShareThePatchesWithAllOthers) {
 
 // Where a container ends, another primitive begins, on the same grid.
 TEST(EncodeLargePrimitives, SeveralContainersBecomePrimitives) {
-  const TestFolder folder;
   Document expected = large_and_small(30000), actual = expected;
   ASSERT_TRUE(encode(expected).ok());
-  OutOfCoreOptions limits = small_parts(folder);
-  limits.most_container_points = 8000;
-  auto reports = must(encode_document(actual, {}, draco_backend(), test_pool(), {}, limits));
+  must(encode_in_parts(actual, {}, 8000).status());
   const size_t count = actual.json()["meshes"][0]["primitives"].size();
   ASSERT_GT(count, 1u);
   EXPECT_EQ(actual.json()["meshes"][1]["primitives"].size(), count);
@@ -707,43 +637,25 @@ TEST(EncodeLargePrimitives, SeveralContainersBecomePrimitives) {
 
 // The document has patches already, and the large primitive before them becomes several.
 TEST(EncodeLargePrimitives, CondensesThemAndThePatchesOfTheInput) {
-  const TestFolder folder;
   Document document = large_and_small(30000);
   std::swap(document.json()["meshes"][1], document.json()["meshes"][2]);
   document.json()["meshes"].erase(2);
   Document small = document;
   small.json()["meshes"].erase(0);
   ASSERT_TRUE(encode(small, {.patches = {.count = 2}}).ok());
-  Json& primitives = small.json()["meshes"][0]["primitives"];
-  const Document original = document_from_mesh(blob(30000));
   // The large mesh comes before the patches in one mesh.
-  const size_t views = small.json()["bufferViews"].size(), accessors = small.json()["accessors"].size();
-  for (Json view : original.json()["bufferViews"]) {
-    view["buffer"] = small.buffers.size();
-    small.json()["bufferViews"].push_back(std::move(view));
-  }
-  small.json()["buffers"].push_back(original.json()["buffers"][0]);
-  small.buffers.push_back(original.buffers[0]);
-  for (Json accessor : original.json()["accessors"]) {
-    accessor["bufferView"] = accessor["bufferView"].get<size_t>() + views;
-    small.json()["accessors"].push_back(std::move(accessor));
-  }
-  Json large = original.json()["meshes"][0]["primitives"][0];
-  for (auto& [semantic, index] : large["attributes"].items()) index = index.get<size_t>() + accessors;
-  large["indices"] = large["indices"].get<size_t>() + accessors;
-  primitives.insert(primitives.begin(), std::move(large));
+  const Json large = append_primitive(small, blob(30000));
+  Json& primitives = small.json()["meshes"][0]["primitives"];
+  primitives.insert(primitives.begin(), large);
 
   const Mesh patched = *read(small, 0, 1);
-  OutOfCoreOptions limits = small_parts(folder);
-  limits.most_container_points = 8000;
   EncodeDocumentOptions options;
   options.condense = true;
   options.volume = QuantizationVolume::kPrimitive;
-  const auto reports = encode_document(small, options, draco_backend(), test_pool(), {}, limits);
-  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
-  ASSERT_EQ(reports->size(), 2u);
-  EXPECT_TRUE((*reports)[0].streams[0].is_condensed);
-  EXPECT_TRUE((*reports)[1].keeps_streams);
+  const auto reports = must(encode_in_parts(small, options, 8000));
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_TRUE(reports[0].streams[0].is_condensed);
+  EXPECT_TRUE(reports[1].keeps_streams);
   const size_t count = small.json()["meshes"][0]["primitives"].size();
   ASSERT_GT(count, 2u);
   EXPECT_EQ(compare_meshes(patched, *read(small, 0, count - 1)), "");
@@ -751,7 +663,6 @@ TEST(EncodeLargePrimitives, CondensesThemAndThePatchesOfTheInput) {
 }
 
 TEST(EncodeLargePrimitives, OnlyDegenerateTrianglesStayAsTheyAre) {
-  const TestFolder folder;
   Document expected = large_and_small(30000);
   // The last primitive of each mesh has degenerate triangles only, and the one before becomes several.
   Json indices = accessor_of(expected, "indices"), positions = accessor_of(expected, "POSITION");
@@ -771,10 +682,7 @@ TEST(EncodeLargePrimitives, OnlyDegenerateTrianglesStayAsTheyAre) {
   }
   Document actual = expected;
   const auto expected_reports = must(encode(expected));
-  OutOfCoreOptions limits = small_parts(folder);
-  limits.most_container_points = 8000;
-  const EncodeDocumentOptions options{.volume = QuantizationVolume::kPrimitive};
-  const auto reports = must(encode_document(actual, options, draco_backend(), test_pool(), {}, limits));
+  const auto reports = must(encode_in_parts(actual, {.volume = QuantizationVolume::kPrimitive}, 8000));
   const size_t count = actual.json()["meshes"][0]["primitives"].size();
   ASSERT_GT(count, 2u);
   for (const size_t mesh : {0u, 1u}) {
@@ -789,7 +697,6 @@ TEST(EncodeLargePrimitives, OnlyDegenerateTrianglesStayAsTheyAre) {
 }
 
 TEST(EncodeLargePrimitives, WeightsKeepTheirSumAsInMemory) {
-  const TestFolder folder;
   Mesh mesh = blob(30000);
   Attribute weights{"WEIGHTS_0", ComponentType::kFloat32, 4, false, {}};
   Attribute joints{"JOINTS_0", ComponentType::kUint8, 4, false, {}};
@@ -804,31 +711,28 @@ TEST(EncodeLargePrimitives, WeightsKeepTheirSumAsInMemory) {
   mesh.attributes.push_back(joints);
   Document expected = document_from_mesh(mesh), actual = expected;
   ASSERT_TRUE(encode(expected).ok());
-  const auto reports = must(encode_document(actual, {}, draco_backend(), test_pool(), {}, small_parts(folder)));
+  const auto reports = must(encode_in_parts(actual, {}));
   EXPECT_GT(reports[0].streams.size(), 1u);
   EXPECT_EQ(compare_meshes(*read(expected), *read(actual)), "");
 }
 
 TEST(EncodeLargePrimitives, SaysWhichPositionIsNotFinite) {
-  const TestFolder folder;
   Document document = large_and_small(20000);
   const int64_t view = accessor_of(document, "POSITION")["bufferView"].get<int64_t>();
   const auto offset = document.json()["bufferViews"][static_cast<size_t>(view)].value("byteOffset", size_t{0});
   const float value = NAN;
   std::memcpy(document.buffers[0].own().data() + offset + 12 * 70 + 4, &value, sizeof value);
-  const Status status =
-      encode_document(document, {}, draco_backend(), test_pool(), {}, small_parts(folder)).status();
+  const Status status = encode_in_parts(document, {}).status();
   EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << status.to_string();
   EXPECT_TRUE(status.message().starts_with("accessor ")) << status.message();
   EXPECT_TRUE(status.message().ends_with(": the position of point 70 is not finite")) << status.message();
 }
 
 TEST(EncodeLargePrimitives, SaysWhatDoesNotFit) {
-  const TestFolder folder;
   const auto status_of = [&](auto&& change, EncodeDocumentOptions options = {}) {
     Document document = large_and_small(20000);
     change(document);
-    return encode_document(document, options, draco_backend(), test_pool(), {}, small_parts(folder)).status();
+    return encode_in_parts(document, options).status();
   };
   EXPECT_TRUE(status_of([](Document&) {}).ok());
   const auto expect_unsupported = [&](const Status& status, const char* what) {

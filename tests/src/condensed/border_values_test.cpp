@@ -25,16 +25,13 @@ struct Shared {
 };
 
 CondensedSample blob_with_residue() {
-  std::vector<NamedMesh> meshes = procedural_meshes();
-  Mesh& mesh = std::ranges::find(meshes, "bare blob", &NamedMesh::name)->mesh;
+  Mesh mesh = std::ranges::find(procedural_meshes(), "bare blob", &NamedMesh::name)->mesh;
   for (uint32_t i = 0; i < 5; ++i) mesh.faces.push_back({i, i, 3 * i + 1});
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
   const EncodeOptions options{.patch_count = 5};
   const ThreadPool pool(1);
-  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
-  CondensedSample sample{{"bare blob with residue", std::move(*encoded), {}}, {}};
-  sample.original.requests = sample.original.encoded.requests;
+  CondensedSample sample{encode_sample("bare blob with residue", mesh, codings, options, pool), {}};
   sample.container = condensed_container(*open_container(sample.original.encoded.container), true, pool);
   return sample;
 }

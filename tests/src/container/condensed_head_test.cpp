@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "src/container/bit_string.h"
+#include "tests/support/expect.h"
+#include "tests/support/mutants.h"
 
 namespace psplit {
 namespace {
@@ -22,6 +24,7 @@ struct HeadFields {
   uint32_t reach = 1, set_count = 2;
   std::vector<uint32_t> tokens = {4000, 0, 96};
   uint32_t flag_probability = 1, seam_probability = 4095;
+  uint32_t more_attributes = 0, sets_of_each = 1, seam_count = 1;
   bool has_borders = true;
 };
 
@@ -43,8 +46,8 @@ std::vector<uint8_t> write(const HeadFields& head) {
   core::NumberKind frequency{4};
   for (const std::array<uint32_t, 5>& symbols : head.symbols)
     for (const uint32_t f : symbols) out.number(frequency, f);
-  out.number(count, 1);  // two attributes
-  out.bits(1, 1);        // by creation: backward, two, not mean
+  out.number(count, 1 + head.more_attributes);  // two attributes, and those
+  out.bits(1, 1);                               // by creation: backward, two, not mean
   out.bits(0b011, 3);
   out.bits(head.reach, 2);
   out.number(count, head.set_count - 1);
@@ -63,9 +66,17 @@ std::vector<uint8_t> write(const HeadFields& head) {
   table(head.tokens);
   out.bits(1, 1);
   for (int i = 0; i < 6; ++i) out.bits(head.flag_probability, 12);
-  out.number(count, 1);
-  out.bits(7, 12);
-  out.bits(head.seam_probability, 12);
+  for (uint32_t i = 0; i < head.more_attributes; ++i) {
+    out.bits(0, 1);
+    out.number(count, head.sets_of_each - 1);
+    for (uint32_t n = 0; n < 2 * head.sets_of_each; ++n) table({});
+    out.bits(0, 1);
+  }
+  out.number(count, head.seam_count);
+  for (uint32_t i = 0; i < head.seam_count; ++i) {
+    out.bits(7, 12);
+    out.bits(head.seam_probability, 12);
+  }
   std::vector<uint8_t> bytes;
   append_head_section(HeadSection::kTables, out.take(), bytes);
   if (!head.has_borders) return bytes;
@@ -83,12 +94,11 @@ std::string error_of(const HeadFields& head) {
 
 TEST(CondensedHead, IsReadAsItWasWritten) {
   const HeadFields fields;
-  const Expected<CondensedHead> head = read_condensed_head(write(fields));
-  ASSERT_TRUE(head) << head.status().message();
-  EXPECT_EQ(head->skeletons[0], (std::vector<uint8_t>{'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0, 7}));
-  EXPECT_EQ(head->skeletons[1], std::vector<uint8_t>(kSkeletonFront.begin(), kSkeletonFront.end()));
-  EXPECT_EQ(head->levels, (std::vector<uint8_t>{5, 5}));
-  const core::CondensedModels models = head->models();
+  const auto head = must(read_condensed_head(write(fields)));
+  EXPECT_EQ(head.skeletons[0], (std::vector<uint8_t>{'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0, 7}));
+  EXPECT_EQ(head.skeletons[1], std::vector<uint8_t>(kSkeletonFront.begin(), kSkeletonFront.end()));
+  EXPECT_EQ(head.levels, (std::vector<uint8_t>{5, 5}));
+  const core::CondensedModels models = head.models();
   EXPECT_FALSE(models.has_valence_contexts);
   EXPECT_EQ(models.first_context, 4u);
   ASSERT_EQ(models.contexts.size(), 5u);
@@ -138,14 +148,25 @@ TEST(CondensedHead, SaysWhatIsWrong) {
             "head: frequencies of symbols that do not sum to 4096");
   EXPECT_EQ(with([](HeadFields& head) { head.symbols[1][1] = 1; }),
             "head: frequencies of symbols that do not sum to 4096");
+  EXPECT_EQ(with([](HeadFields& head) { head.symbols[0][0] = 0xffffffff; }),
+            "head: frequencies of symbols that do not sum to 4096");
+  EXPECT_EQ(with([](HeadFields& head) { head.contexts = 5; }),  // more contexts than there are bits
+            "head: frequencies of symbols that do not sum to 4096");
   EXPECT_EQ(with([](HeadFields& head) { head.reach = 3; }), "head: an unknown reach");
+  EXPECT_EQ(with([](HeadFields& head) { head.more_attributes = 255; }),
+            "head: models of more than 256 attributes");
+  EXPECT_EQ(with([](HeadFields& head) { head.more_attributes = 33, head.sets_of_each = 8; }),
+            "head: more than 256 sets of token tables");
+  EXPECT_EQ(with([](HeadFields& head) { head.seam_count = 129; }),
+            "head: models of more than 128 attribute data");
   EXPECT_EQ(with([](HeadFields& head) { head.set_count = 8; }), "");
   EXPECT_EQ(with([](HeadFields& head) { head.set_count = 9; }),
             "head: more than 8 sets of token tables for an attribute");
-  EXPECT_EQ(with([](HeadFields& head) {
-              head.tokens = {0xffffffff, 4097};
-            }),
-            "head: frequencies of tokens that do not sum to 4096");
+  const std::vector<uint32_t> sums[] = {
+      {0xffffffff, 4097}, {4001, 0, 96}, {0, 0, 0}, {0x80000000, 0x80000000, 4096}};
+  for (const std::vector<uint32_t>& tokens : sums)
+    EXPECT_EQ(with([&](HeadFields& head) { head.tokens = tokens; }),
+              "head: frequencies of tokens that do not sum to 4096");
   EXPECT_EQ(with([](HeadFields& head) { head.tokens.assign(117, 1); }),
             "head: a table of more than 116 tokens");
   EXPECT_EQ(with([](HeadFields& head) { head.flag_probability = 0; }), "head: a probability of 0");
@@ -154,10 +175,9 @@ TEST(CondensedHead, SaysWhatIsWrong) {
 
 TEST(CondensedHead, HasNoMoreAndNoFewerBits) {
   const std::vector<uint8_t> bytes = write(HeadFields()), tables = write({.has_borders = false});
-  for (size_t length = 0; length < bytes.size(); ++length) {
-    const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_EQ(read_condensed_head(cut).ok(), length == 0 || length == tables.size()) << length;
-  }
+  for_each_truncation(bytes, [&](const std::vector<uint8_t>& part) {
+    EXPECT_EQ(read_condensed_head(part).ok(), part.empty() || part.size() == tables.size()) << part.size();
+  });
   // A section that has one more byte.
   std::vector<uint8_t> longer;
   append_head_section(HeadSection::kTables, std::vector<uint8_t>(tables.begin() + 2, tables.end()), longer);
@@ -180,14 +200,14 @@ TEST(CondensedHead, SkipsSectionsThatMayBeSkipped) {
   EXPECT_EQ(with({}, {}), "0 skeletons");
   EXPECT_EQ(with({}, {128, 255}), "0 skeletons");
   EXPECT_EQ(with(tables, {128, 200}), "2 skeletons");
-  EXPECT_NE(with(tables, {3}).find("head: section 3 is not known, and may not be skipped"), std::string::npos);
-  EXPECT_NE(with({}, {127}).find("head: section 127 is not known"), std::string::npos);
+  EXPECT_TRUE(contains(with(tables, {3}), "head: section 3 is not known, and may not be skipped"));
+  EXPECT_TRUE(contains(with({}, {127}), "head: section 127 is not known"));
   std::vector<uint8_t> head;
   append_head_section(static_cast<HeadSection>(3), data, head);
   EXPECT_EQ(read_condensed_head(head).status().code(), StatusCode::kUnsupported);
   for (const int again : {0, 1})
-    EXPECT_NE(with(tables, {again}).find("head: its sections do not ascend by type"), std::string::npos);
-  EXPECT_NE(with({}, {2}).find("head: values at borders without tables"), std::string::npos);
+    EXPECT_TRUE(contains(with(tables, {again}), "head: its sections do not ascend by type"));
+  EXPECT_TRUE(contains(with({}, {2}), "head: values at borders without tables"));
   for (const std::vector<uint8_t>& broken :
        {std::vector<uint8_t>{128}, {128, 1}, {128, 0x80}, {128, 0x80, 0x80, 0x80, 0x80, 0x80, 0}})
     EXPECT_EQ(read_condensed_head(broken).status().message(), "head: a section of more bytes than there are");

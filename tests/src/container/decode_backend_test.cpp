@@ -24,11 +24,10 @@ class OpenedOnce : public testing::Test {
  protected:
   void SetUp() override {
     for (const SampleContainer& each : files) {
-      const Expected<PatchContainer> container = open_container(each.bytes);
-      ASSERT_TRUE(container) << each.name << ": " << container.status().to_string();
-      containers.push_back(*container);
-      containers.push_back(container->alone(0));
-      containers.push_back(open_stream(container->streams[0]));
+      const auto container = must(open_container(each.bytes));
+      containers.push_back(container);
+      containers.push_back(container.alone(0));
+      containers.push_back(open_stream(container.streams[0]));
     }
     for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], files[i / 3].requests});
   }

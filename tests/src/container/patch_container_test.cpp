@@ -2,6 +2,7 @@
 
 #include "src/container/condensed_head.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/mutants.h"
 
 namespace psplit {
 namespace {
@@ -84,12 +85,10 @@ TEST(PatchContainer, OneStreamCostsThirtyBytes) {
 
 TEST(PatchContainer, RefusesEveryTruncationAndEveryExtension) {
   std::vector<uint8_t> bytes = three_streams().write();
-  for (size_t length = 0; length < bytes.size(); ++length) {
-    // An exactly sized buffer, so that a sanitizer sees any read past it.
-    const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_FALSE(open_container(part).ok()) << length;
-    EXPECT_FALSE(check_directory(part).ok()) << length;
-  }
+  for_each_truncation(bytes, [](const std::vector<uint8_t>& part) {
+    EXPECT_FALSE(open_container(part).ok()) << part.size();
+    EXPECT_FALSE(check_directory(part).ok()) << part.size();
+  });
   bytes.push_back(0);
   EXPECT_FALSE(open_container(bytes).ok());
 }
@@ -135,6 +134,15 @@ TEST(PatchContainer, RefusesEachContradictionWithItsPatch) {
        [](ContainerParts& p) { p.entries[2].face_count = 4; }},
       {"the stream has 9 points, the directory says 10", 2,
        [](ContainerParts& p) { p.entries[2].point_count = 10; }},
+      // A residue may own no points, but its references take memory.
+      {"the stream has 9 points, the directory says 1879048201", 2,
+       [](ContainerParts& p) {
+         p.entries[2].point_count += 0x70000000;
+         p.entries[2].reference_count += 0x70000000;
+       }},
+      // A flag says which stream is the residue. Only the residue has no border walk.
+      {"a patch is not an Edgebreaker mesh", 2,
+       [](ContainerParts& p) { p.has_residue = false, p.entries[2].face_count = 3; }},
       {"a patch is not an Edgebreaker mesh", 1, [](ContainerParts& p) { p.streams[1][8] = 0; }},
       {"the residue is not a sequential mesh", 2,
        [](ContainerParts& p) {
@@ -255,11 +263,10 @@ TEST(PatchContainer, OpensStreamsThatTheCoreRefuses) {
   EXPECT_EQ(open_stream(older).face_count(), 0u);
   EXPECT_TRUE(open_stream(older).headers.empty());
   const std::vector<uint8_t> whole = stream_of({true, 10, 8}, 18);
-  for (size_t length = 0; length < whole.size(); ++length) {
-    const std::vector<uint8_t> part(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_EQ(open_stream(part).refusal.code(), StatusCode::kInvalidInput) << length;
+  for_each_truncation(whole, [](const std::vector<uint8_t>& part) {
+    EXPECT_EQ(open_stream(part).refusal.code(), StatusCode::kInvalidInput) << part.size();
     EXPECT_EQ(open_stream(part).streams.size(), 1u);
-  }
+  });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/emulated_warp.h"
+#include "tests/support/mutants.h"
 
 namespace psplit::core {
 namespace {
@@ -97,12 +98,8 @@ TEST(ReadTagged, ReadsZerosPastTheEnd) {
   std::mt19937 random(2);
   for (const uint32_t components : {1u, 3u}) {
     const Groups groups = random_groups(random, 40, components, 32);
-    for (size_t length = 0; length < groups.bytes.size(); ++length) {
-      // The block has exactly this size, so the address sanitizer sees any read past its end.
-      const std::vector<uint8_t> bytes(groups.bytes.begin(),
-                                       groups.bytes.begin() + static_cast<ptrdiff_t>(length));
-      expect_same(bytes, groups.tags, components);
-    }
+    for_each_truncation(
+        groups.bytes, [&](const std::vector<uint8_t>& bytes) { expect_same(bytes, groups.tags, components); });
   }
 }
 

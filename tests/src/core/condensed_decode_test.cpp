@@ -1,6 +1,7 @@
 // Condensed streams decode to what libdraco decodes from the Draco streams that they were made from: the same
 // faces, points and bytes of every attribute.
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <random>
@@ -11,6 +12,8 @@
 #include "src/core/condensed/condensed_header.h"
 #include "tests/src/core/decode_mesh.h"
 #include "tests/support/container_of_streams.h"
+#include "tests/support/expect.h"
+#include "tests/support/mutants.h"
 #include "tests/support/sanitizers.h"
 
 namespace psplit::core {
@@ -37,41 +40,33 @@ struct Batch {
   }
 };
 
-void for_each_batch(StreamSet set, size_t together, bool smallest,
-                    const std::function<void(const Batch&)>& visit) {
-  const ThreadPool pool(1);
-  std::vector<std::vector<uint8_t>> streams;
-  std::vector<StreamEntry> rows;
-  std::vector<Batch::Stream> described;
-  const auto finish = [&] {
-    const CondensedStreams condensed = condense(container_of_streams(streams, rows), smallest, pool);
-    Batch batch;
-    for (size_t i = 0; i < streams.size(); ++i) {
-      if (!condensed.entries[i].is_condensed) continue;
-      described[i].bytes = condensed.bytes[i];
-      described[i].skeleton = condensed.entries[i].skeleton;
-      batch.streams.push_back(std::move(described[i]));
+// The small streams in batches of 60. A process condenses them once.
+const std::vector<Batch>& batches(bool smallest) {
+  static std::map<bool, std::vector<Batch>> made;
+  std::vector<Batch>& found = made[smallest];
+  if (!found.empty()) return found;
+  const std::vector<DracoStream>& all = small_draco_streams();
+  for (size_t first = 0; first < all.size(); first += 60) {
+    std::vector<std::vector<uint8_t>> streams;
+    std::vector<StreamEntry> rows;
+    std::vector<RawMesh> expected;
+    for (size_t i = first; i < std::min(first + 60, all.size()); ++i) {
+      streams.push_back(all[i].bytes);
+      expected.push_back(must(decode_with_libdraco(all[i].bytes)));
+      rows.push_back({.face_count = static_cast<uint32_t>(expected.back().faces.size()),
+                      .point_count = expected.back().point_count});
     }
-    streams.clear(), rows.clear(), described.clear();
-    if (batch.streams.empty()) return;
-    Expected<CondensedHead> head = read_condensed_head(condensed.head);
-    ASSERT_TRUE(head.ok()) << head.status().message();
-    batch.head = std::move(*head);
-    visit(batch);
-  };
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        if (testing::Test::HasFatalFailure()) return;
-        std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
-        ASSERT_TRUE(expected);
-        streams.push_back(stream.bytes);
-        rows.push_back({.face_count = static_cast<uint32_t>(expected->faces.size()),
-                        .point_count = expected->point_count});
-        described.push_back({stream.name, {}, 0, std::move(*expected)});
-        if (streams.size() == together) finish();
-      },
-      set);
-  if (!streams.empty()) finish();
+    const CondensedStreams condensed = condense(container_of_streams(streams, rows), smallest, ThreadPool(1));
+    Batch batch;
+    for (size_t i = 0; i < streams.size(); ++i)
+      if (condensed.entries[i].is_condensed)
+        batch.streams.push_back(
+            {all[first + i].name, condensed.bytes[i], condensed.entries[i].skeleton, std::move(expected[i])});
+    if (batch.streams.empty()) continue;
+    batch.head = must(read_condensed_head(condensed.head));
+    found.push_back(std::move(batch));
+  }
+  return found;
 }
 
 template <typename Index>
@@ -93,9 +88,9 @@ void expect_decoded(const Batch& batch, const Batch::Stream& stream, const Strea
             fault_text(decode<Index>(half_header, decoded)));
 }
 
-void expect_batches_decode(StreamSet set, bool smallest) {
+void expect_batches_decode(bool smallest) {
   size_t count = 0, with_creation = 0, with_seams = 0, with_flags = 0, with_valence = 0, with_sets = 0;
-  for_each_batch(set, 60, smallest, [&](const Batch& batch) {
+  for (const Batch& batch : batches(smallest)) {
     for (const Batch::Stream& stream : batch.streams) {
       if (testing::Test::HasFatalFailure()) return;
       SCOPED_TRACE(stream.name);
@@ -113,7 +108,7 @@ void expect_batches_decode(StreamSet set, bool smallest) {
       with_flags += model.has_flags;
       with_sets += model.set_count > 1;
     }
-  });
+  }
   EXPECT_GT(count, 300u);
   EXPECT_GT(with_creation, 0u);
   EXPECT_GT(with_seams, 100u);
@@ -123,16 +118,13 @@ void expect_batches_decode(StreamSet set, bool smallest) {
   testing::Test::RecordProperty("with_valence", static_cast<int>(with_valence));
 }
 
-TEST(CondensedDecode, EqualsLibdraco) { expect_batches_decode(StreamSet::kSmall, false); }
-TEST(CondensedDecode, EqualsLibdracoInTheSmallestCoding) { expect_batches_decode(StreamSet::kSmall, true); }
+TEST(CondensedDecode, EqualsLibdraco) { expect_batches_decode(false); }
+TEST(CondensedDecode, EqualsLibdracoInTheSmallestCoding) { expect_batches_decode(true); }
 
 TEST(CondensedDecode, StreamsInStepDecodeAsEachAlone) {
-  constexpr uint32_t kCount = 3;
-  constexpr size_t kMemory = size_t{1} << 23;
-  std::vector<std::vector<uint8_t>> memories(kCount, std::vector<uint8_t>(kMemory));
-  const auto patches = std::make_unique<Patch<uint16_t>[]>(kCount);
-  size_t broken = 0, whole = 0;
-  for_each_batch(StreamSet::kSmall, 40, false, [&](const Batch& batch) {
+  constexpr uint32_t kCount = InStep::kCount;
+  InStep in_step;
+  for (const Batch& batch : batches(false)) {
     std::vector<std::vector<uint8_t>> bytes;
     for (const Batch::Stream& stream : batch.streams) {
       bytes.push_back(stream.bytes);
@@ -140,44 +132,29 @@ TEST(CondensedDecode, StreamsInStepDecodeAsEachAlone) {
     }
     for (size_t i = 0; i + kCount <= batch.streams.size(); ++i) {
       StreamHeader headers[kCount];
-      Arena arenas[kCount];
-      std::optional<PatchDecoder<uint16_t>> decoders[kCount];
-      PatchDecoder<uint16_t>* pointers[kCount];
-      Fault faults[kCount];
       bool fits = true;
-      for (uint32_t n = 0; n < kCount; ++n) {
-        fits &= batch.read_header(batch.streams[i + n], bytes[i + n], headers[n]) == Fault::kNone &&
-                headers[n].fits_16_bits() && bytes[i + n].size() < 20'000;
-        arenas[n] = Arena(memories[n].data(), kMemory);
-        patches[n] = {};
-        pointers[n] = &decoders[n].emplace(headers[n], arenas[n], patches[n]);
-      }
+      for (uint32_t n = 0; n < kCount; ++n)
+        fits = fits && batch.read_header(batch.streams[i + n], bytes[i + n], headers[n]) == Fault::kNone &&
+               headers[n].fits_16_bits() && bytes[i + n].size() < 20'000;
       if (!fits) continue;
-      decode_in_step(pointers, faults);
-      for (uint32_t n = 0; n < kCount; ++n) {
-        RawMesh alone;
-        ASSERT_EQ(fault_text(decode<uint16_t>(headers[n], alone)), fault_text(faults[n]));
-        const bool is_whole = faults[n] == Fault::kNone;
-        ASSERT_TRUE(!is_whole || raw_mesh(patches[n]) == alone);
-        ++(is_whole ? whole : broken);
-      }
+      ASSERT_NO_FATAL_FAILURE(in_step.expect_as_alone(headers));
     }
-  });
-  EXPECT_GT(whole, 100u);
-  EXPECT_GT(broken, 30u);
+  }
+  EXPECT_GT(in_step.whole, 100u);
+  EXPECT_GT(in_step.broken, 30u);
 }
 
 // Every mutant must be refused, or decode within its bounds; sanitizers watch the bounds. expand_stream and the
 // core must agree: libdraco decodes what expands to the same mesh.
 TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
-  constexpr size_t kMutants = 3000, kMemory = size_t{1} << 22;  // of each batch
+  constexpr size_t kMutants = mutants_to_try(3000), kMemory = size_t{1} << 22;  // of each batch
   std::mt19937 random(1);
   const auto below = [&](size_t bound) { return static_cast<size_t>(random() % bound); };
   std::vector<uint8_t> memory(kMemory);
   const auto patch = std::make_unique<Patch<uint16_t>>();
   size_t accepted = 0, compared = 0, refused = 0;
-  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
-    for (size_t i = 0; i < kMutants && !testing::Test::HasFatalFailure(); ++i) {
+  for (const Batch& batch : batches(false)) {
+    for (size_t i = 0; i < kMutants; ++i) {
       const Batch::Stream& seed = batch.streams[below(batch.streams.size())];
       if (seed.bytes.size() > 4000) continue;
       std::vector<uint8_t> bytes = seed.bytes;
@@ -185,15 +162,7 @@ TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
         // The numbers are at the end.
         const size_t at =
             below(2) == 0 ? bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 16)) : below(bytes.size());
-        switch (below(4)) {
-          case 0: bytes[at] ^= static_cast<uint8_t>(1u << below(8)); break;
-          case 1: bytes[at] = static_cast<uint8_t>(random()); break;
-          case 2:
-            bytes.insert(bytes.begin() + static_cast<ptrdiff_t>(at), static_cast<uint8_t>(random()));
-            break;
-          default:
-            if (bytes.size() > 1) bytes.erase(bytes.begin() + static_cast<ptrdiff_t>(at));
-        }
+        edit(bytes, at, random);
       }
       bytes.shrink_to_fit();
       StreamHeader header;
@@ -213,7 +182,7 @@ TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
       ++compared;
       ASSERT_TRUE(decoded == *expected) << seed.name << ", mutant " << i;
     }
-  });
+  }
   EXPECT_GT(refused, 1000u);
   EXPECT_GT(accepted, 20u);
   EXPECT_GT(compared, 10u);
@@ -223,7 +192,7 @@ TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
 // Of 4 or 8 sets the last one is taken away: the same bits choose it.
 TEST(CondensedDecode, RefusesASetOfTablesThatDoesNotExist) {
   size_t refused = 0;
-  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
+  for (const Batch& batch : batches(false)) {
     Batch fewer = batch;
     for (AttributeModel& model : fewer.head.attributes)
       if (model.set_count > 2) --model.set_count;
@@ -240,12 +209,12 @@ TEST(CondensedDecode, RefusesASetOfTablesThatDoesNotExist) {
       EXPECT_EQ(fault_text(fault), fault_text(Fault::kAttribute)) << stream.name;
       ++refused;
     }
-  });
+  }
   EXPECT_GT(refused, 0u);
 }
 
 TEST(CondensedDecode, RefusesEveryTruncation) {
-  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
+  for (const Batch& batch : batches(false)) {
     for (const Batch::Stream& stream : batch.streams) {
       if (stream.bytes.size() > 400) continue;
       for (size_t length = 0; length < stream.bytes.size(); ++length)
@@ -262,7 +231,7 @@ TEST(CondensedDecode, RefusesEveryTruncation) {
           }
         }
     }
-  });
+  }
 }
 
 }  // namespace

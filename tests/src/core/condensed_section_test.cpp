@@ -78,46 +78,58 @@ TEST(Section, HasBitsFromItsBack) {
   EXPECT_TRUE(numbers.broken());
 }
 
+void expect_words_and_bits(const std::vector<uint16_t>& frequencies, uint32_t count, std::mt19937& random) {
+  struct Step {
+    uint32_t token, bit, plain;
+  };
+  const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
+  const auto below = [&](uint64_t bound) { return static_cast<uint32_t>(random() % bound); };
+  const auto width_of = [](uint32_t step) { return step % 31; };
+  SectionWriter writer;
+  std::vector<Step> steps;
+  uint32_t plain_bits = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    uint32_t token = below(frequencies.size());
+    while (frequencies[token] == 0) token = below(frequencies.size());
+    steps.push_back({token, below(2), below(uint64_t{1} << width_of(i))});
+    writer.code(head.token_tables[0].shares[token]);
+    writer.code_bit(steps[i].bit != 0, 1 + i % (kSlots - 1));
+    writer.plain().bits(steps[i].plain, width_of(i));
+    plain_bits += width_of(i);
+  }
+  Bytes bytes;
+  const uint32_t byte_count = writer.append_to(bytes);
+  EXPECT_EQ(byte_count, bytes.size());
+  const auto read = [&](const Bytes& from) {
+    SectionReader reader(from.data(), from.size());
+    if (reader.start_words(0) != Fault::kNone) return false;
+    bool same = true;
+    for (uint32_t i = 0; i < count; ++i) {
+      same &= reader.next_token(head.token_tables[0]) == steps[i].token;
+      same &= reader.next_bit(1 + i % (kSlots - 1)) == steps[i].bit;
+      same &= reader.read(static_cast<int>(width_of(i))) == steps[i].plain;
+    }
+    return same && reader.is_at_end();
+  };
+  EXPECT_TRUE(read(bytes));
+  Bytes longer = bytes;
+  longer.insert(longer.begin(), 0);
+  EXPECT_FALSE(read(longer));
+  for (size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 50)
+    EXPECT_FALSE(read(Bytes(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length)))) << length;
+  if (plain_bits % 8 != 0) {  // the last byte has unused bits
+    Bytes dirty = bytes;
+    dirty[bytes.size() - (plain_bits + 7) / 8] |= 0x80;
+    EXPECT_FALSE(read(dirty));
+  }
+}
+
 TEST(Section, HoldsItsWordsAndItsBitsAndNothingElse) {
   std::mt19937 random(1);
-  const std::vector<uint16_t> frequencies = frequencies_of(60, random);
-  const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
-  for (const uint32_t count : {0u, 1u, 2u, 50u, 1000u}) {
-    SectionWriter writer;
-    std::vector<uint32_t> tokens, bits;
-    for (uint32_t i = 0; i < count; ++i) {
-      do tokens.push_back(static_cast<uint32_t>(random() % 60));
-      while (frequencies[tokens.back()] == 0 && (tokens.pop_back(), true));
-      bits.push_back(static_cast<uint32_t>(random() % 2));
-      writer.code(head.token_tables[0].shares[tokens.back()]);
-      writer.code_bit(bits.back() != 0, 1 + i % (kSlots - 1));
-      writer.plain().bits(tokens.back(), 7);
-    }
-    Bytes bytes;
-    writer.append_to(bytes);
-    const auto read = [&](const Bytes& from) {
-      SectionReader reader(from.data(), from.size());
-      if (reader.start_words(0) != Fault::kNone) return false;
-      bool same = true;
-      for (uint32_t i = 0; i < count; ++i) {
-        same &= reader.next_token(head.token_tables[0]) == tokens[i];
-        same &= reader.next_bit(1 + i % (kSlots - 1)) == bits[i];
-        same &= reader.read(7) == tokens[i];
-      }
-      return same && reader.is_at_end();
-    };
-    EXPECT_TRUE(read(bytes));
-    Bytes longer = bytes;
-    longer.insert(longer.begin(), 0);
-    EXPECT_FALSE(read(longer));
-    for (size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 50)
-      EXPECT_FALSE(read(Bytes(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length)))) << length;
-    if (count % 8 != 0) {  // the last byte has unused bits
-      Bytes dirty = bytes;
-      dirty[bytes.size() - (7 * count + 7) / 8] |= 0x80;
-      EXPECT_FALSE(read(dirty));
-    }
-  }
+  const std::vector<uint16_t> tables[] = {frequencies_of(60, random), {4096}, {0, 4096}, {1, 4095}, {4095, 1},
+                                          {1000, 0, 96, 3000}};
+  for (const std::vector<uint16_t>& frequencies : tables)
+    for (const uint32_t count : {0u, 1u, 2u, 50u, 1000u}) expect_words_and_bits(frequencies, count, random);
 }
 
 TEST(Tokens, CoverAllSymbols) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "encoder/stitching/stitch_map.h"
@@ -111,5 +112,38 @@ Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const
   out = raw_mesh(*patch);
   return expect_walk_by_definition(*patch, arena);
 }
+
+// Decodes streams in step, and each alone: they do not disturb each other, even if they have little in common
+// or are broken.
+class InStep {
+ public:
+  static constexpr uint32_t kCount = 3;
+  size_t whole = 0, broken = 0;
+
+  void expect_as_alone(const StreamHeader (&headers)[kCount]) {
+    Arena arenas[kCount];
+    std::optional<PatchDecoder<uint16_t>> decoders[kCount];
+    PatchDecoder<uint16_t>* pointers[kCount];
+    Fault faults[kCount];
+    for (uint32_t n = 0; n < kCount; ++n) {
+      arenas[n] = Arena(&memory_[n * kMemory], kMemory);
+      patches_[n] = {};
+      pointers[n] = &decoders[n].emplace(headers[n], arenas[n], patches_[n]);
+    }
+    decode_in_step(pointers, faults);
+    for (uint32_t n = 0; n < kCount; ++n) {
+      RawMesh alone;
+      ASSERT_EQ(fault_text(decode<uint16_t>(headers[n], alone)), fault_text(faults[n]));
+      const bool is_whole = faults[n] == Fault::kNone;
+      ASSERT_TRUE(!is_whole || raw_mesh(patches_[n]) == alone);
+      ++(is_whole ? whole : broken);
+    }
+  }
+
+ private:
+  static constexpr size_t kMemory = size_t{1} << 24;
+  std::vector<uint8_t> memory_ = std::vector<uint8_t>(kCount * kMemory);
+  std::unique_ptr<Patch<uint16_t>[]> patches_ = std::make_unique<Patch<uint16_t>[]>(kCount);
+};
 
 }  // namespace psplit::core

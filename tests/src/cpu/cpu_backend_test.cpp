@@ -1,4 +1,5 @@
-// The CPU backend against libdraco's, over whole containers and stock streams.
+// The CPU backend against libdraco's, over whole containers. Stock streams:
+// tests/src/loader/draco_stream_test.cpp.
 #include "src/cpu/cpu_backend.h"
 
 #include <algorithm>
@@ -7,10 +8,8 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
-#include "src/container/claims.h"
-#include "src/container/stream_description.h"
+#include "src/cpu/checked_decode.h"
 #include "tests/support/decode_bytes.h"
-#include "tests/support/draco_streams.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -19,39 +18,42 @@ namespace {
 
 TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
   const ThreadPool one(1), seven(7);
-  for (const PatchedSample& sample : all_samples(seven)) {
-    SCOPED_TRACE(sample.name);
-    const Mesh expected =
-        must(decode_container(draco_backend(), sample.encoded.container, sample.requests, one));
-    for (const ThreadPool* pool : {&one, &seven}) {
-      const Mesh decoded =
-          must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, *pool));
-      EXPECT_TRUE(same_bits(decoded, expected));
-    }
-  }
+  for (const std::vector<PatchedSample>* samples : {&all_samples(seven), &large_samples(seven)})
+    for (const PatchedSample& sample : *samples)
+      for (const ThreadPool* pool : {&one, &seven}) {
+        SCOPED_TRACE(sample.name);
+        const Mesh decoded =
+            must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, *pool));
+        EXPECT_TRUE(same_bits(decoded, sample.mesh));
+        // A checked decode returns the same mesh, and no findings for a valid container.
+        const PatchContainer container = must(open_container(sample.encoded.container));
+        const CheckedMesh checked = must(decode_checked(container, sample.requests, *pool));
+        EXPECT_TRUE(same_bits(checked.mesh, sample.mesh));
+        ASSERT_EQ(checked.streams.size(), container.entries.size());
+        for (const StreamFindings& stream : checked.streams) {
+          EXPECT_TRUE(stream.types.ok()) << stream.types.to_string();
+          EXPECT_TRUE(stream.copies.ok()) << stream.copies.to_string();
+        }
+      }
 }
 
-TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
-  size_t equal = 0, converted = 0;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        SCOPED_TRACE(stream.name);
-        const auto description = must(describe_stream(stream.bytes));
-        const auto requests = gltf_attributes(description.attributes);
-        if (!requests) return;  // no glTF asset can hold it
-        const auto expected = decode_stream(draco_backend(), stream.bytes, *requests);
-        const auto decoded = decode_stream(cpu_backend(), stream.bytes, *requests);
-        // Neither decoder converts a number that the requested type cannot hold.
-        ASSERT_EQ(decoded.ok(), expected.ok()) << decoded.status().to_string();
-        if (!decoded) return;
-        EXPECT_TRUE(same_bits(*decoded, *expected));
-        ++equal;
-        for (const StreamAttribute& attribute : description.attributes)
-          converted += attribute.type == core::DataType::kInt32 || attribute.type == core::DataType::kFloat64;
-      },
-      StreamSet::kSmall);
-  EXPECT_GT(equal, 100u);
-  EXPECT_GT(converted, 0u);
+// A checked decode has a finding for each stream that breaks a rule.
+TEST(CheckedDecode, FindsAttributesOfAnotherTypeInEachStream) {
+  const ThreadPool pool(3);
+  for (const PatchedSample& sample : all_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    std::vector<AttributeRequest> requests = sample.requests;
+    AttributeRequest& position = requests.front();
+    if (position.component_type != ComponentType::kFloat32) continue;
+    position.component_type = ComponentType::kInt16;
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    const Expected<CheckedMesh> checked = decode_checked(container, requests, pool);
+    if (!checked) continue;  // a value does not fit
+    for (size_t i = 0; i < checked->streams.size(); ++i) {
+      EXPECT_EQ(checked->streams[i].types.place().patch, static_cast<int64_t>(i));
+      EXPECT_TRUE(checked->streams[i].types.message().starts_with(position.semantic));
+    }
+  }
 }
 
 // Symbols of more than 18 bits, predictions outside the grid, and texture coordinates whose prediction would
@@ -77,12 +79,13 @@ TEST(CpuBackend, DecodesFineGridsAsLibdracoDoes) {
 
 TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
   const ThreadPool pool(1);
-  for (PatchedSample& sample : all_samples(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
+    std::vector<AttributeRequest> requests = sample.requests;
     for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kUint8, ComponentType::kInt16}) {
-      for (AttributeRequest& request : sample.requests) request.component_type = type;
-      const auto expected = decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
-      const auto decoded = decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
+      for (AttributeRequest& request : requests) request.component_type = type;
+      const auto expected = decode_container(draco_backend(), sample.encoded.container, requests, pool);
+      const auto decoded = decode_container(cpu_backend(), sample.encoded.container, requests, pool);
       ASSERT_EQ(decoded.ok(), expected.ok()) << decoded.status().to_string();
       if (!decoded) continue;
       EXPECT_TRUE(same_bits(*decoded, *expected));
@@ -90,9 +93,9 @@ TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
   }
 }
 
-TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
+TEST(CpuBackend, RefusesMutantsAsLibdracoDoesOrBefore) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = all_samples(pool);
+  const std::vector<PatchedSample>& seeds = all_samples(pool);
   std::mt19937 random(1);
   size_t accepted = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -112,66 +115,9 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
   EXPECT_GT(accepted, 40u);
 }
 
-// A directory that claims more than its streams is refused before memory is taken for it.
-TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
-  const ThreadPool pool(1);
-  const PatchedSample sample = patched_samples(pool).front();
-  const PatchContainer container = must(open_container(sample.encoded.container));
-  ContainerParts parts(container);
-  parts.entries[0].face_count = 0x50000000;
-  std::vector<uint8_t> bytes = parts.write();
-  const Status status = open_container(bytes).status();
-  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
-  EXPECT_EQ(status.place().patch, 0);
-  parts.entries[0] = container.entries[0];
-  parts.entries[0].point_count = 0x50000000;
-  bytes = parts.write();
-  EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
-}
-
-// A residue may own no points, but its references take memory.
-TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
-  const ThreadPool pool(1);
-  size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
-    const PatchContainer container = must(open_container(sample.encoded.container));
-    if (!container.has_residue) continue;
-    ++count;
-    ContainerParts parts(container);
-    parts.entries.back().point_count += 0x70000000;
-    parts.entries.back().reference_count += 0x70000000;
-    const std::vector<uint8_t> bytes = parts.write();
-    EXPECT_TRUE(check_directory(bytes).ok());
-    const Status status = open_container(bytes).status();
-    EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
-    EXPECT_EQ(status.place().patch, static_cast<int64_t>(parts.entries.size()) - 1);
-  }
-  EXPECT_GT(count, 0u);
-}
-
-// Only the residue has no border walk. A flag says which stream is the residue, so the stream must agree.
-TEST(PatchContainer, RefusesAFlagOfTheResidueThatIsWrong) {
-  const ThreadPool pool(1);
-  size_t residues = 0, patches = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
-    const PatchContainer container = must(open_container(sample.encoded.container));
-    std::vector<uint8_t> bytes = sample.encoded.container;
-    bytes[5] ^= 1;
-    if (!check_directory(bytes).ok()) continue;
-    const Status status = open_container(bytes).status();
-    EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name;
-    EXPECT_EQ(status.place().patch, static_cast<int64_t>(container.entries.size()) - 1);
-    EXPECT_EQ(status.message(), container.has_residue ? "a patch is not an Edgebreaker mesh"
-                                                      : "the residue is not a sequential mesh");
-    ++(container.has_residue ? residues : patches);
-  }
-  EXPECT_GT(residues, 0u);
-  EXPECT_GT(patches, 0u);
-}
-
 TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> all = patched_samples(pool);
+  const std::vector<PatchedSample>& all = patched_samples(pool);
   const auto sample = std::find_if(all.begin(), all.end(),
                                    [](const PatchedSample& s) { return s.encoded.statistics.patch_count > 2; });
   ASSERT_NE(sample, all.end());
@@ -186,7 +132,7 @@ TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
   const Status missing = decode_container(cpu_backend(), sample->encoded.container, requests, pool).status();
   EXPECT_EQ(missing.code(), StatusCode::kInvalidInput);
   EXPECT_EQ(missing.place().patch, 0);
-  EXPECT_NE(missing.message().find("unique id 77"), std::string::npos) << missing.message();
+  EXPECT_TRUE(contains(missing.message(), "unique id 77"));
 }
 
 }  // namespace

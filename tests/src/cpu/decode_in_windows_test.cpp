@@ -57,12 +57,13 @@ TEST(DecodeInWindows, GivesTheSameMeshAndFindings) {
   }
 }
 
-TEST(DecodeInWindows, GivesTheSameErrorForBrokenContainers) {
+TEST(DecodeInWindows, GivesTheSameErrorForMutants) {
   const ThreadPool pool(2);
   size_t errors = 0, findings = 0;
   for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     std::vector<uint8_t> bytes = sample.encoded.container;
+    if (bytes.size() > 5000) continue;
     const size_t step = std::max<size_t>(1, bytes.size() / 60);
     for (size_t at = 0; at < bytes.size(); at += step) {
       bytes[at] ^= 0x5a;

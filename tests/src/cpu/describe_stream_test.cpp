@@ -15,29 +15,27 @@ namespace {
 TEST(DescribeStream, EqualsWhatLibdracoSaysOfEveryKindOfStream) {
   std::set<StreamCoding> codings;
   size_t quantized = 0, exact = 0;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        SCOPED_TRACE(stream.name);
-        const auto described = must(describe_stream(stream.bytes));
-        const auto expected = must(describe_draco_stream(stream.bytes));
-        EXPECT_TRUE(described == expected);
+  for (const DracoStream& stream : small_draco_streams()) {
+    SCOPED_TRACE(stream.name);
+    const auto described = must(describe_stream(stream.bytes));
+    const auto expected = must(describe_draco_stream(stream.bytes));
+    EXPECT_TRUE(described == expected);
 
-        const auto features = must(read_features(stream.bytes));
-        EXPECT_EQ(described.coding, !features.edgebreaker        ? StreamCoding::kSequential
-                                    : features.connectivity == 2 ? StreamCoding::kEdgebreakerValence
-                                                                 : StreamCoding::kEdgebreaker);
-        ASSERT_EQ(described.attributes.size(), features.attributes.size());
-        for (size_t i = 0; i < features.attributes.size(); ++i) {
-          EXPECT_EQ(described.attributes[i].unique_id, features.attributes[i].unique_id);
-          EXPECT_EQ(static_cast<int>(described.attributes[i].semantic), features.attributes[i].type);
-          EXPECT_EQ(static_cast<int>(described.attributes[i].type), features.attributes[i].data_type);
-          EXPECT_EQ(described.attributes[i].components, features.attributes[i].component_count);
-          EXPECT_EQ(described.attributes[i].bits, std::max(features.attributes[i].bits, 0));
-          ++(described.attributes[i].bits > 0 ? quantized : exact);
-        }
-        codings.insert(described.coding);
-      },
-      StreamSet::kSmall);
+    const auto features = must(read_features(stream.bytes));
+    EXPECT_EQ(described.coding, !features.edgebreaker        ? StreamCoding::kSequential
+                                : features.connectivity == 2 ? StreamCoding::kEdgebreakerValence
+                                                             : StreamCoding::kEdgebreaker);
+    ASSERT_EQ(described.attributes.size(), features.attributes.size());
+    for (size_t i = 0; i < features.attributes.size(); ++i) {
+      EXPECT_EQ(described.attributes[i].unique_id, features.attributes[i].unique_id);
+      EXPECT_EQ(static_cast<int>(described.attributes[i].semantic), features.attributes[i].type);
+      EXPECT_EQ(static_cast<int>(described.attributes[i].type), features.attributes[i].data_type);
+      EXPECT_EQ(described.attributes[i].components, features.attributes[i].component_count);
+      EXPECT_EQ(described.attributes[i].bits, std::max(features.attributes[i].bits, 0));
+      ++(described.attributes[i].bits > 0 ? quantized : exact);
+    }
+    codings.insert(described.coding);
+  }
   EXPECT_EQ(codings.size(), 3u);
   EXPECT_GT(quantized, 100u);
   EXPECT_GT(exact, 100u);
@@ -46,15 +44,13 @@ TEST(DescribeStream, EqualsWhatLibdracoSaysOfEveryKindOfStream) {
 // The smallest stream of one kind that a glTF asset may hold.
 std::vector<uint8_t> smallest_stream(bool is_sequential) {
   std::vector<uint8_t> smallest;
-  for_each_draco_stream(
-      [&](const DracoStream& stream) {
-        if (!smallest.empty() && stream.bytes.size() >= smallest.size()) return;
-        const auto description = describe_stream(stream.bytes);
-        if (description && (description->coding == StreamCoding::kSequential) == is_sequential &&
-            description->face_count > 1 && gltf_attributes(description->attributes))
-          smallest = stream.bytes;
-      },
-      StreamSet::kSmall);
+  for (const DracoStream& stream : small_draco_streams()) {
+    if (!smallest.empty() && stream.bytes.size() >= smallest.size()) continue;
+    const auto description = describe_stream(stream.bytes);
+    if (description && (description->coding == StreamCoding::kSequential) == is_sequential &&
+        description->face_count > 1 && gltf_attributes(description->attributes))
+      smallest = stream.bytes;
+  }
   return smallest;
 }
 

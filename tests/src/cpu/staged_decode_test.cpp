@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "encoder/draco/draco_backend.h"
+#include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -22,16 +23,15 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
       ASSERT_TRUE(decode_with_core(input, in_step, times).ok());
       size_t face = 0, byte = 0;
       for (uint32_t i = 0; i < input.container.patch_count(); ++i) {
-        const auto patch = draco_backend().decode(input.container.alone(i), sample.requests, pool);
-        ASSERT_TRUE(patch) << patch.status().to_string();
-        ASSERT_LE(face + patch->faces.size(), input.faces.size());
-        EXPECT_EQ(std::memcmp(input.faces.data() + face, patch->faces.data(), 12 * patch->faces.size()), 0);
-        face += patch->faces.size();
+        const auto patch = must(draco_backend().decode(input.container.alone(i), sample.requests, pool));
+        ASSERT_LE(face + patch.faces.size(), input.faces.size());
+        EXPECT_EQ(std::memcmp(input.faces.data() + face, patch.faces.data(), 12 * patch.faces.size()), 0);
+        face += patch.faces.size();
         size_t values_bytes = 0;
-        for (const Attribute& attribute : patch->attributes) values_bytes += attribute.values.size();
+        for (const Attribute& attribute : patch.attributes) values_bytes += attribute.values.size();
         ASSERT_LE(byte + values_bytes, input.values.size());
-        if (patch->attributes.size() == 1) {
-          EXPECT_EQ(std::memcmp(input.values.data() + byte, patch->attributes[0].values.data(), values_bytes),
+        if (patch.attributes.size() == 1) {
+          EXPECT_EQ(std::memcmp(input.values.data() + byte, patch.attributes[0].values.data(), values_bytes),
                     0);
         }
         byte += values_bytes;

@@ -5,6 +5,7 @@
 #include "tests/src/loader/buffers.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/mutants.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -27,18 +28,16 @@ struct Sample {
 const std::vector<Sample>& samples() {
   static const std::vector<Sample> all = [] {
     std::vector<Sample> found;
-    for_each_draco_stream(
-        [&](const DracoStream& stream) {
-          const StreamDescription description = must(describe_draco_stream(stream.bytes));
-          const auto requests = gltf_attributes(description.attributes);
-          if (!requests) return;
-          Expected<Mesh> mesh = decode_stream(draco_backend(), stream.bytes, *requests);
-          // Some streams hold numbers that no glTF type can hold.
-          if (!mesh || mesh->faces.empty()) return;
-          found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
-                           description.coding == StreamCoding::kSequential});
-        },
-        StreamSet::kSmall);
+    for (const DracoStream& stream : small_draco_streams()) {
+      const StreamDescription description = must(describe_draco_stream(stream.bytes));
+      const auto requests = gltf_attributes(description.attributes);
+      if (!requests) continue;
+      Expected<Mesh> mesh = decode_stream(draco_backend(), stream.bytes, *requests);
+      // Some streams hold numbers that no glTF type can hold.
+      if (!mesh || mesh->faces.empty()) continue;
+      found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
+                       description.coding == StreamCoding::kSequential});
+    }
     return found;
   }();
   return all;
@@ -66,14 +65,13 @@ TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
     SCOPED_TRACE(sample.name);
     // With the accessors' counts, and without.
     for (const PrimitiveSource& source : {sample.exact_source(), sample.source()}) {
-      const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
-      ASSERT_TRUE(primitive) << primitive.status().to_string();
-      ASSERT_EQ(primitive->point_count(), sample.expected.point_count);
-      ASSERT_EQ(primitive->face_count(), sample.expected.faces.size());
-      EXPECT_EQ(primitive->compression(), Compression::kDraco);
-      EXPECT_TRUE(same_bits(decoded(sample, *primitive), sample.expected));
-      if (primitive->least_index_bytes() > 2) continue;
-      EXPECT_TRUE(same_bits(decoded(sample, *primitive, 2), sample.expected));
+      const auto primitive = must(CompressedPrimitive::open(source));
+      ASSERT_EQ(primitive.point_count(), sample.expected.point_count);
+      ASSERT_EQ(primitive.face_count(), sample.expected.faces.size());
+      EXPECT_EQ(primitive.compression(), Compression::kDraco);
+      EXPECT_TRUE(same_bits(decoded(sample, primitive), sample.expected));
+      if (primitive.least_index_bytes() > 2) continue;
+      EXPECT_TRUE(same_bits(decoded(sample, primitive, 2), sample.expected));
       ++narrow;
     }
     sequential += sample.is_sequential;
@@ -101,7 +99,7 @@ TEST(LoaderOfDracoStreams, IsOnePatch) {
 // A model with both extensions is one batch. The error of one primitive does not affect another.
 TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   const ThreadPool pool(2);
-  const std::vector<PatchedSample> patched = patched_samples(pool);
+  const std::vector<PatchedSample>& patched = patched_samples(pool);
   const DecodeBackend draco = draco_backend();
   std::vector<std::unique_ptr<Buffers>> buffers;
   std::vector<PrimitiveLoad> loads;
@@ -120,8 +118,7 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   for (size_t i = 0; i < 60 && i < samples().size(); ++i) {
     add(samples()[i].exact_source(), samples()[i].requests, samples()[i].expected);
     const PatchedSample& sample = patched[i % patched.size()];
-    const Mesh mesh = must(decode_container(draco, sample.encoded.container, sample.requests, pool));
-    add({sample.encoded.container, sample.requests}, sample.requests, mesh);
+    add({sample.encoded.container, sample.requests}, sample.requests, sample.mesh);
   }
   for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
     LoadOptions options{.backend = backend};
@@ -154,7 +151,7 @@ TEST(LoaderOfDracoStreams, RefusesCountsThatAreNotTheStreams) {
     for (const uint64_t count : {points - 1, points + 1, 0xffffffffu}) {
       const Status status = refused(count, 0);
       EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
-      EXPECT_NE(status.message().find("the stream has "), std::string::npos) << status.message();
+      EXPECT_TRUE(contains(status.message(), "the stream has "));
     }
     const Status status = refused(points, 3 * sample.expected.faces.size() + 3);
     EXPECT_EQ(status.message(), "the accessors have " + std::to_string(3 * sample.expected.faces.size() + 3) +
@@ -173,16 +170,13 @@ TEST(LoaderOfDracoStreams, SaysThatOlderBitstreamsAreOlder) {
   sample.bytes[5] = 3;
   const Status newer = decode_draco(sample.bytes).status();
   EXPECT_EQ(newer.code(), StatusCode::kUnsupported);
-  EXPECT_NE(newer.message().find("bitstream 3.2, which is newer"), std::string::npos) << newer.message();
+  EXPECT_TRUE(contains(newer.message(), "bitstream 3.2, which is newer"));
 }
 
 TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
   for (const bool is_sequential : {false, true}) {
     const Sample& sample = smallest(is_sequential);
-    for (size_t length = 0; length < sample.bytes.size(); ++length) {
-      // An exactly sized buffer, so that a sanitizer sees any read past it.
-      const std::vector<uint8_t> part(sample.bytes.begin(),
-                                      sample.bytes.begin() + static_cast<ptrdiff_t>(length));
+    for_each_truncation(sample.bytes, [&](const std::vector<uint8_t>& part) {
       const PrimitiveSource source{part, sample.requests, sample.expected.point_count, 0, Compression::kDraco};
       Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
       Status status = primitive.status();
@@ -190,10 +184,10 @@ TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
         Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
         status = primitive->decode(buffers.out);
       }
-      EXPECT_FALSE(status.ok()) << length;
+      EXPECT_FALSE(status.ok()) << part.size();
       EXPECT_FALSE(status.message().empty());
-      EXPECT_FALSE(decode_draco(part)) << length;
-    }
+      EXPECT_FALSE(decode_draco(part)) << part.size();
+    });
     EXPECT_FALSE(CompressedPrimitive::open({sample.bytes, sample.requests}));  // as patches
   }
 }

@@ -1,12 +1,14 @@
 // gltf-psplit batch when it, its worker or its commands are stopped or killed.
 #include <signal.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <thread>
 
 #include "gltf_ext/files/temporary_file.h"
+#include "tests/support/child.h"
 #include "tests/tools/batch/batch_jobs.h"
 
 namespace psplit {
@@ -188,14 +190,12 @@ TEST_F(BatchKills, StagedFoldersOfKilledShardsAreRemoved) {
 TEST_F(BatchKills, TemporaryFilesOfKilledShardsAreRemoved) {
   generate_many(2);
   fs::create_directories(path("out/d"));
-  const pid_t writer = fork();
-  if (writer == 0) {
+  const auto leave_half_an_output = [&] {
     const TemporaryFile left(path("out/d/gone.glb"));
     _exit(left.is_open() ? 0 : 1);
-  }
-  int status = 1;
-  waitpid(writer, &status, 0);
-  ASSERT_EQ(status, 0);
+    return 1;
+  };
+  ASSERT_EQ(run_in_child(leave_half_an_output), 0);
   ASSERT_EQ(files("out").size(), 1u);
   write("out/.gltf-psplit-batch/2-of-5.jsonl",
         Json{{"name", "d%2Fgone.glb"}, {"made_from", ""}, {"output", ""}, {"number", 1}}.dump() + "\n");

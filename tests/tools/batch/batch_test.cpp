@@ -79,14 +79,14 @@ TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
     EXPECT_EQ(items.status().code(), StatusCode::kUsage);
     return items.status().message();
   };
-  EXPECT_NE(refusal({path("in/*")}).find("would both become"), std::string::npos);
-  EXPECT_NE(refusal({path("in/*.stl")}).find("no asset matches"), std::string::npos);
-  EXPECT_NE(refusal({path("in/*.txt")}).find("no asset matches"), std::string::npos);
-  EXPECT_NE(refusal({path("in")}).find("would both become"), std::string::npos);
+  EXPECT_TRUE(contains(refusal({path("in/*")}), "would both become"));
+  EXPECT_TRUE(contains(refusal({path("in/*.stl")}), "no asset matches"));
+  EXPECT_TRUE(contains(refusal({path("in/*.txt")}), "no asset matches"));
+  EXPECT_TRUE(contains(refusal({path("in")}), "would both become"));
   fs::create_directory(path("in/empty"));
-  EXPECT_NE(refusal({path("in/empty")}).find("no asset is in the folder"), std::string::npos);
-  EXPECT_NE(refusal({path("in/a.glb")}, "in/x").find("is not below"), std::string::npos);
-  EXPECT_NE(refusal({"-"}).find("stdin"), std::string::npos);
+  EXPECT_TRUE(contains(refusal({path("in/empty")}), "no asset is in the folder"));
+  EXPECT_TRUE(contains(refusal({path("in/a.glb")}, "in/x"), "is not below"));
+  EXPECT_TRUE(contains(refusal({"-"}), "stdin"));
   const auto in_place = plan_batch({{path("in/a.glb")}, folder_ / "in", "", ".glb"});
   EXPECT_EQ(in_place.status().code(), StatusCode::kUsage);
   EXPECT_TRUE(contains(in_place.status().message(), "would replace"));
@@ -213,8 +213,7 @@ TEST_F(Batch, GoesOnAfterFailuresAndSaysWhich) {
     if (asset.contains("error")) errors[asset["input"].get<std::string>()] = asset["error"];
   EXPECT_EQ(errors[path("in/bad.glb")]["code"], 3);
   EXPECT_EQ(errors[path("in/worse.gltf")]["code"], 2);
-  EXPECT_NE(errors[path("in/worse.gltf")]["message"].get<std::string>().find("worse.gltf: "),
-            std::string::npos);
+  EXPECT_TRUE(contains(errors[path("in/worse.gltf")]["message"].get<std::string>(), "worse.gltf: "));
   EXPECT_TRUE(contains(err_, "2 of 4 assets failed"));
   // Only what failed is tried again.
   generate("in/bad.glb");

@@ -1,11 +1,13 @@
 // The estimates of memory that --memory admits assets by, held against measured peaks.
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/draco/stock_stream.h"
+#include "tests/support/mesh_file_seeds.h"
 #include "tests/tools/batch/batch_jobs.h"
 
 namespace psplit {
@@ -93,14 +95,12 @@ struct Grid {
     return file + "endsolid grid\n";
   }
   std::string binary_stl() const {
-    std::string file(80, ' ');
-    put(file, static_cast<uint32_t>(faces.size()));
-    for (const auto& face : faces) {
-      put(file, normal(face));
-      for (const uint32_t point : face) put(file, points[point]);
-      file += std::string(2, '\0');
+    std::vector<StlFacet> facets(faces.size());
+    for (size_t i = 0; i < faces.size(); ++i) {
+      std::ranges::copy(normal(faces[i]), facets[i].begin());
+      for (size_t c = 0; c < 3; ++c) std::ranges::copy(points[faces[i][c]], &facets[i][3 * (c + 1)]);
     }
-    return file;
+    return psplit::binary_stl(facets);
   }
   std::string draco() const {
     Mesh mesh;

@@ -4,6 +4,8 @@
 
 #include <map>
 
+#include "tests/support/expect.h"
+
 namespace psplit {
 namespace {
 
@@ -31,11 +33,10 @@ TEST(Shard, IsWrittenAsIndexAndCount) {
 TEST(Shard, ComesFromTheArrayOfAnEngine) {
   EXPECT_EQ(shard("auto", {{"AWS_BATCH_JOB_ARRAY_INDEX", "4"}, {"AWS_BATCH_JOB_ARRAY_SIZE", "9"}}), "4/9");
   EXPECT_EQ(shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}}), "4/9");
-  EXPECT_NE(shard("auto", {{"JOB_COMPLETION_INDEX", "4"}}).find("write --shard auto/COUNT"), std::string::npos);
-  EXPECT_NE(shard("auto").find("finds no array"), std::string::npos);
-  EXPECT_NE(
-      shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}, {"SLURM_ARRAY_TASK_ID", "4"}}).find("finds two arrays"),
-      std::string::npos);
+  EXPECT_TRUE(contains(shard("auto", {{"JOB_COMPLETION_INDEX", "4"}}), "write --shard auto/COUNT"));
+  EXPECT_TRUE(contains(shard("auto"), "finds no array"));
+  EXPECT_TRUE(contains(shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}, {"SLURM_ARRAY_TASK_ID", "4"}}),
+                       "finds two arrays"));
   EXPECT_EQ(parse("auto/9", {{"JOB_COMPLETION_INDEX", "x"}}).status().code(), StatusCode::kUsage);
   EXPECT_EQ(parse("auto/4", {{"JOB_COMPLETION_INDEX", "4"}}).status().code(), StatusCode::kUsage);
 }
@@ -54,7 +55,7 @@ TEST(Shard, CountsSlurmArraysFromZero) {
   EXPECT_EQ(shard("auto", slurm("0", "8", "0", "7")), "0/8");
   EXPECT_EQ(shard("auto", slurm("8", "8", "1", "8")), "7/8");
   EXPECT_EQ(shard("auto", slurm("12", "8", "10", "24", "2")), "1/8");
-  EXPECT_NE(shard("auto", slurm("7", "2", "3", "7")).find("do not follow each other"), std::string::npos);
+  EXPECT_TRUE(contains(shard("auto", slurm("7", "2", "3", "7")), "do not follow each other"));
   EXPECT_EQ(shard("auto/8", slurm("7", "2", "3", "7")), "7/8");
 }
 

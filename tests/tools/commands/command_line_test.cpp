@@ -89,8 +89,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
     EXPECT_NE(outcome.err, "") << line;
     EXPECT_EQ(outcome.out, "") << line;
   }
-  EXPECT_NE(run_command({"encode", "a", "b.glb", "--encode-speed", "11"}).err.find("--encode-speed"),
-            std::string::npos);
+  EXPECT_TRUE(contains(run_command({"encode", "a", "b.glb", "--encode-speed", "11"}).err, "--encode-speed"));
 }
 
 TEST_F(CommandLine, MissingInputsAreIoErrorsAndLeaveNoOutput) {

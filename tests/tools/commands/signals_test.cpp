@@ -3,12 +3,12 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <thread>
 
 #include "gltf_ext/files/io_error.h"
+#include "tests/support/child.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 
@@ -22,13 +22,12 @@ class Signals : public CommandTest {
   // Runs the words in a new process, sends the signal once the process uses the pipe, and returns its exit
   // code; -1 if it did not end by itself.
   int stopped(std::vector<std::string> words, int signal, bool is_output) {
-    const pid_t child = fork();
-    if (child == 0) {
+    const pid_t child = start_child([&] {
       std::vector<char*> argv{words.front().data()};
       for (std::string& word : words) argv.push_back(word.data());
-      if (std::freopen(path("err.txt").c_str(), "w", stderr) == nullptr) _exit(99);
-      _exit(run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3"));
-    }
+      if (std::freopen(path("err.txt").c_str(), "w", stderr) == nullptr) return 99;
+      return run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
+    });
     int pipe = -1;
     for (int i = 0; i < 30000 && pipe < 0; ++i) {  // a pipe opens for writing once there is a reader
       pipe = open(path("pipe.glb").c_str(), O_NONBLOCK | (is_output ? O_RDONLY : O_WRONLY));
@@ -38,10 +37,9 @@ class Signals : public CommandTest {
     pollfd readable{pipe, POLLIN, 0};
     if (is_output) poll(&readable, 1, 30000);
     kill(child, signal);
-    int status = 0;
-    waitpid(child, &status, 0);
+    const int code = exit_code_of(child);
     close(pipe);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return code;
   }
 };
 

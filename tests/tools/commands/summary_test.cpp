@@ -108,7 +108,7 @@ TEST_F(SummaryOfFiles, ErrorsNameAPathOnce) {
     EXPECT_NE(run(words), 0) << words[0];
     const size_t first = err_.find(name);
     ASSERT_NE(first, std::string::npos) << err_;
-    EXPECT_EQ(err_.find(name, first + 1), std::string::npos) << err_;
+    EXPECT_EQ(err_.find(name, first + 1), std::string::npos);
   };
   for (const std::string name : {"none.glb", "none.ply", "none.drc"}) {
     const std::string out = path("a.glb");

@@ -1,13 +1,12 @@
 // No command replaces or removes a file that it did not make. If one command refuses a broken asset, all do.
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "gltf_ext/json/json.h"
+#include "tests/support/child.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -48,7 +47,7 @@ TEST_F(UserFiles, ImagesOfTwoAssetsStandSideBySide) {
 
   must_run({"encode", path("a/a.gltf"), path("out/c.glb"), "--report", path("r.json")});
   EXPECT_EQ(json("r.json")["images"]["embedded"], 1);
-  EXPECT_NE(text("out/c.glb").find(kPng), std::string::npos);
+  EXPECT_TRUE(contains(text("out/c.glb"), kPng));
   must_run({"encode", path("a/a.gltf"), "-", "-q"});
   EXPECT_TRUE(contains(out_, kPng)) << "stdout is whole, too";
   must_run({"decode", path("out/c.glb"), path("out/d.gltf"), "--images", "reference", "-q"});
@@ -210,15 +209,11 @@ TEST_F(UserFiles, OnlyBinariesOfOursGo) {
 
 TEST_F(UserFiles, TheLimitOnAFilesSizeIsAnError) {
   sample();
-  const pid_t child = fork();
-  if (child == 0) {
+  const auto encode_with_limit = [&] {
     const rlimit limit{1024, 1024};
-    _exit(setrlimit(RLIMIT_FSIZE, &limit) == 0 ? run({"encode", path("in/a.gltf"), path("b.glb"), "-q"}) : 99);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 2);
+    return setrlimit(RLIMIT_FSIZE, &limit) == 0 ? run({"encode", path("in/a.gltf"), path("b.glb"), "-q"}) : 99;
+  };
+  EXPECT_EQ(run_in_child(encode_with_limit), 2);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left";
 }
 
@@ -268,7 +263,7 @@ std::vector<Json> mutants(const Json& tree) {
   return all;
 }
 
-TEST_F(UserFiles, AllCommandsRefuseTheSameBrokenAssets) {
+TEST_F(UserFiles, AllCommandsRefuseTheSameMutants) {
   fs::create_directories(folder_ / "plain");
   must_run({"generate", path("plain/a.gltf"), "--faces", "60", "-q"});
   must_run({"encode", path("plain/a.gltf"), path("a.gltf"), "-q", "--patches", "2", "--always-patches"});
@@ -307,7 +302,7 @@ TEST_F(UserFiles, ZerosThatNothingStandsForAreRefused) {
           {"validate", path("claim.gltf")},
           {"inspect", path("claim.gltf")}}) {
       EXPECT_EQ(run(words), 3) << words.front();
-      EXPECT_NE((out_ + err_).find("claim.gltf"), std::string::npos) << err_;
+      EXPECT_TRUE(contains(out_ + err_, "claim.gltf"));
     }
   }
 }

@@ -5,8 +5,7 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/json/json.h"
-#include "tests/support/expect.h"
-#include "tests/support/procedural_meshes.h"
+#include "tests/gltf_ext/asset.h"
 #include "tests/support/reproducible_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
@@ -15,20 +14,7 @@ namespace {
 
 Document document_of(std::span<const Mesh> meshes) {
   Document document = document_from_mesh(meshes.front());
-  for (const Mesh& mesh : meshes.subspan(1)) {
-    Document other = document_from_mesh(mesh);
-    Json primitive = other.json()["meshes"][0]["primitives"][0];
-    const auto move_accessor = [&](Json& index) {
-      const Json accessor = other.json()["accessors"][index.get<size_t>()];
-      const auto bytes = buffer_view_bytes(other, accessor["bufferView"].get<int64_t>());
-      index = document.json()["accessors"].size();
-      document.json()["accessors"].push_back(accessor);
-      document.json()["accessors"].back()["bufferView"] = append_buffer_view(document, *bytes);
-    };
-    for (Json& index : primitive["attributes"]) move_accessor(index);
-    move_accessor(primitive["indices"]);
-    document.json()["meshes"].push_back({{"primitives", Json::array({primitive})}});
-  }
+  for (const Mesh& mesh : meshes.subspan(1)) add_mesh(document, mesh);
   return document;
 }
 

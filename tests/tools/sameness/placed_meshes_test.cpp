@@ -127,16 +127,12 @@ TEST(PlacedMeshes, RepeatedMeshesEqualOneThatHoldsAll) {
   twice.json()["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
   twice.json()["scenes"][0]["nodes"] = {0, 1};
   Mesh all = mesh;
-  for (Attribute& attribute : all.attributes) {
-    attribute.values.insert(attribute.values.end(), attribute.values.begin(), attribute.values.end());
+  append_mesh(all, mesh);
+  for (Attribute& attribute : all.attributes)
     for (uint32_t i = mesh.point_count; attribute.semantic == "POSITION" && i < 2 * mesh.point_count; ++i) {
       const auto z = static_cast<float>(number_at(attribute, i, 2) + 5);
       std::memcpy(attribute.values.data() + i * attribute.stride() + 8, &z, sizeof z);
     }
-  }
-  for (const auto& [a, b, c] : mesh.faces)
-    all.faces.push_back({a + mesh.point_count, b + mesh.point_count, c + mesh.point_count});
-  all.point_count *= 2;
   EXPECT_TRUE(compare(twice, document_from_mesh(all)).same());
   EXPECT_FALSE(compare(document_from_mesh(mesh), document_from_mesh(all)).same());
 

@@ -1,17 +1,16 @@
 // gltf-psplit compare A B: exit codes, messages, and the fields of its JSON.
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
-#include "gltf_ext/primitive/read_primitives.h"
+#include "tests/gltf_ext/asset.h"
+#include "tests/support/mesh_file_seeds.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -33,8 +32,7 @@ class Sameness : public CommandTest {
 
   // plain.glb with the first coordinate of one point changed. around_ is the number of triangles at that point.
   void move_point(const std::string& name, uint32_t point, float by) {
-    Document document = must(read_document(path("plain.glb")));
-    Mesh mesh = must(read_primitive(document, {}, draco_backend(), ThreadPool(1)));
+    Mesh mesh = must(read(must(read_document(path("plain.glb")))));
     around_ = 0;
     for (const auto& face : mesh.faces) around_ += std::ranges::count(face, point);
     for (Attribute& attribute : mesh.attributes) {
@@ -107,10 +105,7 @@ class SamenessWithLittleMemory : public Sameness {
     return code;
   }
 
-  Mesh mesh() const {
-    const Expected<Document> document = read_document(path("plain.glb"));
-    return *read_primitive(*document, {}, draco_backend(), ThreadPool(1));
-  }
+  Mesh mesh() const { return must(read(must(read_document(path("plain.glb"))))); }
   void write_mesh(const Mesh& changed, const std::string& name) {
     ASSERT_TRUE(write_document(document_from_mesh(changed), path(name)).ok());
   }
@@ -150,55 +145,32 @@ TEST_F(SamenessWithLittleMemory, AllAttributesCount) {
     EXPECT_EQ(compare_twice(other, "bare.glb", {"--attributes", "POSITION"}), 0) << out_;
   }
 
-  // Colours, texture coordinates, skins and tangents, some of them beyond glTF's limits by rounding noise.
-  Mesh rich = mesh();
-  const auto add = [&](const std::string& semantic, uint8_t components, const auto& value) {
-    Attribute attribute{semantic, ComponentType::kFloat32, components, false, {}};
-    attribute.values.resize(rich.point_count * attribute.stride());
-    for (uint32_t i = 0; i < rich.point_count * components; ++i) {
-      const float number = value(i);
-      std::memcpy(attribute.values.data() + i * sizeof number, &number, sizeof number);
-    }
-    rich.attributes.push_back(std::move(attribute));
-  };
-  add("COLOR_0", 4,
-      [](uint32_t i) { return static_cast<float>(i * 7919 % 1000) / 1000 + (i % 9 == 0 ? 1e-6f : 0); });
-  add("TEXCOORD_0", 2, [](uint32_t i) { return static_cast<float>(i * 104729 % 1000) / 300 - 1; });
-  add("TANGENT", 4, [](uint32_t i) { return i % 4 == 3 ? 1 : static_cast<float>(i * 31 % 200) / 100 - 1; });
-  add("WEIGHTS_0", 4, [](uint32_t i) {
-    constexpr std::array<float, 8> kWeights{0.31f, 0.29f, 0.11f, 0.29f, 0.71f, 0.23f, 0.05f, 0.01f};
-    return kWeights[i % 8];
-  });
-  Attribute joints{"JOINTS_0", ComponentType::kUint8, 4, false, {}};
-  joints.values.assign(4 * size_t{rich.point_count}, std::byte{1});
-  rich.attributes.push_back(joints);
+  const Mesh rich = rich_mesh(40, 30);
   write_mesh(rich, "rich.glb");
   must_run({"encode", path("rich.glb"), path("rich_split.glb"), "--patches", "4", "-q"});
   must_run({"decode", path("rich.glb"), path("rich_stock.glb"), "--to", "draco", "-q"});
   EXPECT_EQ(compare_twice("rich.glb", "rich_split.glb"), 0) << out_;
   EXPECT_EQ(compare_twice("rich.glb", "rich_stock.glb"), 0) << out_;
   EXPECT_EQ(compare_twice("rich_stock.glb", "rich_split.glb"), 0) << out_;
-  for (const char* semantic : {"NORMAL", "COLOR_0", "TEXCOORD_0", "TANGENT", "WEIGHTS_0", "JOINTS_0"}) {
+  for (size_t i = 0; i < rich.attributes.size(); ++i) {
     Mesh changed = rich;
-    for (Attribute& attribute : changed.attributes)
-      if (attribute.semantic == semantic) {
-        const float value = 0.5f;
-        if (attribute.component_type == ComponentType::kFloat32)
-          std::memcpy(attribute.values.data(), &value, sizeof value);
-        else
-          attribute.values[0] = std::byte{2};
-      }
+    Attribute& attribute = changed.attributes[i];
+    const float value = 0.5f;
+    if (attribute.component_type == ComponentType::kFloat32)
+      std::memcpy(attribute.values.data(), &value, sizeof value);
+    else
+      attribute.values[0] = std::byte{77};
     write_mesh(changed, "changed.glb");
-    EXPECT_EQ(compare_twice("changed.glb", "rich_split.glb"), 7) << semantic;
-    EXPECT_TRUE(contains(out_, std::string(semantic) + " is ("));
+    EXPECT_EQ(compare_twice("changed.glb", "rich_split.glb"), 7) << attribute.semantic;
+    EXPECT_TRUE(contains(out_, attribute.semantic + " is ("));
   }
 
   Mesh other_type = rich;
   for (Attribute& attribute : other_type.attributes)
     if (attribute.semantic == "JOINTS_0") {
-      attribute.component_type = ComponentType::kUint16;
-      attribute.values.assign(8 * size_t{rich.point_count}, std::byte{0});
-      for (size_t i = 0; i < attribute.values.size(); i += 2) attribute.values[i] = std::byte{1};
+      const std::vector<uint8_t> joints = values_of<uint8_t>(attribute);
+      attribute = make_attribute("JOINTS_0", ComponentType::kUint16, 4, false,
+                                 std::vector<uint16_t>(joints.begin(), joints.end()));
     }
   write_mesh(other_type, "other_type.glb");
   EXPECT_EQ(compare_twice("rich.glb", "other_type.glb"), 0) << out_;
@@ -254,17 +226,12 @@ TEST_F(Sameness, WithLittleMemoryTheResultReplacesNoFileOfAnInput) {
 
 // Facets whose normals have no direction or another length are repaired as for encoding.
 TEST_F(Sameness, WithLittleMemoryNormalsOfFacetsAreRepaired) {
-  std::string stl(84, ' ');
-  const uint32_t facets = 40;
-  std::memcpy(stl.data() + 80, &facets, sizeof facets);
-  for (uint32_t i = 0; i < facets; ++i) {
+  std::vector<StlFacet> facets;
+  for (uint32_t i = 0; i < 40; ++i) {
     const auto x = static_cast<float>(i);
-    const float values[12] = {0, 0, i == 3 ? 0.0f : i % 2 == 0 ? 1.0f : 2.0f, x, 0, 0, x + 1, 0, 0, x, 1, 0};
-    std::string facet(50, '\0');
-    std::memcpy(facet.data(), values, sizeof values);
-    stl += facet;
+    facets.push_back({0, 0, i == 3 ? 0.0f : i % 2 == 0 ? 1.0f : 2.0f, x, 0, 0, x + 1, 0, 0, x, 1, 0});
   }
-  write("a.stl", stl);
+  write("a.stl", binary_stl(facets));
   must_run({"encode", path("a.stl"), path("a.glb"), "--always-patches", "-q"});
   EXPECT_EQ(compare("a.stl", "a.glb"), 0) << out_;
   EXPECT_EQ(compare("a.stl", "a.glb", {"--memory", "1kB"}), 0) << out_ << err_;
