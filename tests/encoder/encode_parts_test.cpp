@@ -308,14 +308,14 @@ TEST(EncodeParts, FindsABrokenBitOfAStitchMap) {
   EXPECT_EQ(broken.equal, 0u);
 }
 
-TEST(EncodeParts, FindsABrokenBitOfAStream) {
+TEST(EncodeParts, FindsMutantsOfAStream) {
   const Broken broken = encode_broken(kStreams, false, 31);
   EXPECT_GT(broken.refused, 500u);
   // Bits without a meaning, the last bits of grids, and values of copies, which decoders take from the owner.
   EXPECT_LT(broken.equal, broken.refused / 3);
 }
 
-TEST(EncodeParts, FindsABrokenBitOfAWalk) {
+TEST(EncodeParts, FindsMutantsOfAWalk) {
   const Broken broken = encode_broken(kWalks, true, 5);
   EXPECT_GT(broken.refused, 40u);
   // Only some walks are read again, and only some places of these.

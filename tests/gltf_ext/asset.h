@@ -11,7 +11,7 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json.h"
-#include "gltf_ext/primitive/mesh_view.h"
+#include "gltf_ext/primitive/accessors.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/expect.h"
@@ -38,8 +38,20 @@ inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t pri
   return read_primitive(document, {mesh, primitive}, draco_backend(), test_pool());
 }
 
+// Appends a mesh with 32-bit indices.
 inline void add_mesh(Document& document, const Mesh& mesh) {
-  document.json()["meshes"].push_back({{"primitives", Json::array({append_primitive(document, mesh)})}});
+  Json attributes = Json::object();
+  for (const Attribute& attribute : mesh.attributes)
+    attributes[attribute.semantic] = append_accessor(document,
+                                                     {attribute.component_type, attribute.component_count,
+                                                      attribute.normalized, mesh.point_count, attribute.values},
+                                                     34962, attribute.semantic == "POSITION");
+  AccessorData indices{ComponentType::kUint32, 1, false, static_cast<uint32_t>(3 * mesh.faces.size()), {}};
+  indices.values.resize(12 * mesh.faces.size());
+  std::memcpy(indices.values.data(), mesh.faces.data(), indices.values.size());
+  const Json primitive = {{"attributes", attributes},
+                          {"indices", append_accessor(document, indices, 34963, false)}};
+  document.json()["meshes"].push_back({{"primitives", Json::array({primitive})}});
 }
 
 // Options that split every primitive, however small.

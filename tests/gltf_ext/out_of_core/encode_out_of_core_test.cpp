@@ -11,6 +11,7 @@
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
+#include "gltf_ext/primitive/mesh_view.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/mesh_file_seeds.h"
