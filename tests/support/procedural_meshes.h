@@ -53,6 +53,12 @@ Attribute make_attribute(std::string semantic, ComponentType type, uint8_t compo
   return attribute;
 }
 
+// The same for floats.
+inline Attribute float_attribute(std::string semantic, uint8_t component_count,
+                                 const std::vector<float>& values) {
+  return make_attribute(std::move(semantic), ComponentType::kFloat32, component_count, false, values);
+}
+
 // The values of an attribute whose components are of the type T.
 template <typename T>
 std::vector<T> values_of(const Attribute& attribute) {

@@ -3,6 +3,7 @@
 #include "encoder/condensing/condense.h"
 
 #include <algorithm>
+#include <random>
 
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/draco_fields.h"

@@ -6,12 +6,12 @@
 #include <numeric>
 #include <set>
 
+#include "tests/encoder/partition/pieces.h"
+
 namespace psplit {
 namespace {
 
 using Faces = std::vector<std::array<uint32_t, 3>>;
-
-constexpr PathDistance kDistances[] = {PathDistance::kDijkstra, PathDistance::kGeodesic};
 
 // width x height quads, two triangles each, from vertex `first` on.
 Faces sheet(uint32_t width, uint32_t height, uint32_t first = 0) {
@@ -38,22 +38,6 @@ struct Surface {
   uint32_t vertex_count = 0;
   FaceGraph graph;
 };
-
-// Pieces of equal number, faces being joined by edges.
-size_t piece_count(const FaceGraph& graph, const std::vector<uint32_t>& number) {
-  std::vector<uint8_t> seen(number.size(), 0);
-  size_t pieces = 0;
-  for (uint32_t start = 0; start < number.size(); ++start) {
-    if (std::exchange(seen[start], uint8_t{1}) != 0) continue;
-    ++pieces;
-    std::vector<uint32_t> piece{start};
-    for (size_t i = 0; i < piece.size(); ++i)
-      graph.for_each_link(piece[i], [&](uint32_t next, uint32_t) {
-        if (number[next] == number[start] && std::exchange(seen[next], uint8_t{1}) == 0) piece.push_back(next);
-      });
-  }
-  return pieces;
-}
 
 // Sheets side by side, one that hangs on the first by a vertex, and a face of the same.
 Surface several_components() {

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <set>
 
+#include "tests/encoder/partition/pieces.h"
+
 namespace psplit {
 namespace {
 
@@ -48,8 +50,6 @@ PartitionOptions paper(PathDistance distance) {
   const PartitionOptions options{.method = PartitionMethod::kPaper, .distance = distance};
   return options;
 }
-
-constexpr PathDistance kDistances[] = {PathDistance::kDijkstra, PathDistance::kGeodesic};
 
 std::vector<size_t> sizes(const Partition& partition) {
   std::vector<size_t> sizes(partition.patch_count);

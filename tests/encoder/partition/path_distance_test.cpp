@@ -5,12 +5,12 @@
 #include <cmath>
 #include <deque>
 
+#include "tests/encoder/partition/pieces.h"
+
 namespace psplit {
 namespace {
 
 using Faces = std::vector<std::array<uint32_t, 3>>;
-
-constexpr PathDistance kDistances[] = {PathDistance::kDijkstra, PathDistance::kGeodesic};
 
 // A flat rhomb of equilateral triangles, `size` edges a side; or the same with edges flipped, as if by chance.
 Faces rhomb(uint32_t size, bool flips) {

@@ -5,6 +5,7 @@
 
 #include "encoder/partition/band_cut.h"
 #include "encoder/partition/partition_steps.h"
+#include "tests/encoder/partition/pieces.h"
 
 namespace psplit {
 namespace {
@@ -32,24 +33,6 @@ size_t cut_edges(const CellGraph& graph, const std::vector<uint32_t>& patch_of) 
     for (const CellGraph::Link& link : graph.around(c))
       cut += patch_of[c] < patch_of[link.cell] ? link.edges : 0;
   return cut;
-}
-
-size_t piece_count(const FaceGraph& graph, const std::vector<uint32_t>& patch_of) {
-  std::vector<bool> is_seen(graph.cell_count(), false);
-  size_t pieces = 0;
-  for (uint32_t start = 0; start < graph.cell_count(); ++start) {
-    if (is_seen[start]) continue;
-    ++pieces;
-    is_seen[start] = true;
-    std::vector<uint32_t> queue{start};
-    for (size_t i = 0; i < queue.size(); ++i)
-      graph.for_each_link(queue[i], [&](uint32_t next, uint32_t) {
-        if (is_seen[next] || patch_of[next] != patch_of[start]) return;
-        is_seen[next] = true;
-        queue.push_back(next);
-      });
-  }
-  return pieces;
 }
 
 // The least cut of all divisions of a few nodes.

@@ -10,14 +10,10 @@
 namespace psplit {
 namespace {
 
-Attribute floats(const char* semantic, uint8_t components, const std::vector<float>& values) {
-  return make_attribute(semantic, ComponentType::kFloat32, components, false, values);
-}
-
 TEST(Reduce, MergesPointsThatAreEqualInAllAttributes) {
   Mesh mesh;
   mesh.point_count = 4;
-  mesh.attributes = {floats("POSITION", 1, {1, 2, 1, 1}), floats("_A", 1, {5, 5, 5, 6})};
+  mesh.attributes = {float_attribute("POSITION", 1, {1, 2, 1, 1}), float_attribute("_A", 1, {5, 5, 5, 6})};
   mesh.faces = {{0, 1, 2}, {3, 2, 1}};
   const ReducedMesh reduced = reduce(mesh, {});
   EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 1, 3}));
@@ -25,7 +21,8 @@ TEST(Reduce, MergesPointsThatAreEqualInAllAttributes) {
   EXPECT_EQ(reduced.mesh.point_count, 3u);
   EXPECT_EQ(reduced.mesh.faces[0], (std::array<uint32_t, 3>{0, 1, 0}));
   EXPECT_EQ(reduced.mesh.faces[1], (std::array<uint32_t, 3>{2, 0, 1}));
-  const Attribute first = floats("POSITION", 1, {1, 2, 1}), second = floats("_A", 1, {5, 5, 6});
+  const Attribute first = float_attribute("POSITION", 1, {1, 2, 1}),
+                  second = float_attribute("_A", 1, {5, 5, 6});
   EXPECT_EQ(reduced.mesh.attributes[0].values, first.values);
   EXPECT_EQ(reduced.mesh.attributes[1].values, second.values);
 }
@@ -34,7 +31,7 @@ TEST(Reduce, MergesPointsThatAreEqualInAllAttributes) {
 Mesh with_everything_to_drop() {
   Mesh mesh;
   mesh.point_count = 5;
-  mesh.attributes = {floats("POSITION", 1, {1, 1, 2, 3, 4})};
+  mesh.attributes = {float_attribute("POSITION", 1, {1, 1, 2, 3, 4})};
   mesh.faces = {{1, 2, 3}, {0, 1, 3}};
   return mesh;
 }
@@ -73,8 +70,8 @@ TEST(Reduce, KnowsStoredPointsBefore) {
 TEST(Reduce, MergesPointsThatAreEqualOnTheirGrids) {
   Mesh mesh;
   mesh.point_count = 6;
-  mesh.attributes = {floats("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 0}),
-                     floats("_A", 1, {1, 2, 3, 4, 5, 1.1f})};
+  mesh.attributes = {float_attribute("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 0}),
+                     float_attribute("_A", 1, {1, 2, 3, 4, 5, 1.1f})};
   const std::vector<AttributeCoding> codings = {{10, false, {-1, -1, -1}, 2}, {4, false, {0}, 15}};
   const ComparedBytes compared = places_on_grids(mesh, codings);
   const auto merged = [&](const Faces& faces, const ReduceOptions& options) {

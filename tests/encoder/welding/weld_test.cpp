@@ -2,25 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-Attribute floats(const char* semantic, uint8_t components, const std::vector<float>& values) {
-  Attribute attribute{semantic, ComponentType::kFloat32, components, false, {}};
-  attribute.values.resize(values.size() * sizeof(float));
-  std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
-  return attribute;
-}
-
 TEST(LowestEqualRows, ComparesBits) {
-  const Attribute rows = floats("_A", 1, {0.0f, 1.0f, -0.0f, 1.0f, 0.0f});
+  const Attribute rows = float_attribute("_A", 1, {0.0f, 1.0f, -0.0f, 1.0f, 0.0f});
   EXPECT_EQ(lowest_equal_rows(5, rows.values, 4), (std::vector<uint32_t>{0, 1, 2, 1, 0}));
 }
 
 TEST(LowestEqualRows, KeepsGroupsApart) {
-  const Attribute rows = floats("_A", 1, {7, 7, 7, 7});
+  const Attribute rows = float_attribute("_A", 1, {7, 7, 7, 7});
   EXPECT_EQ(lowest_equal_rows(4, rows.values, 4, std::vector<uint32_t>{0, 1, 0, 1}),
             (std::vector<uint32_t>{0, 1, 0, 1}));
 }
@@ -28,7 +21,8 @@ TEST(LowestEqualRows, KeepsGroupsApart) {
 TEST(FindDuplicates, NeedsEveryAttributeAndTheExtraBytesEqual) {
   Mesh mesh;
   mesh.point_count = 3;
-  mesh.attributes = {floats("POSITION", 3, {1, 2, 3, 1, 2, 3, 1, 2, 3}), floats("_A", 1, {4, 4, 5})};
+  mesh.attributes = {float_attribute("POSITION", 3, {1, 2, 3, 1, 2, 3, 1, 2, 3}),
+                     float_attribute("_A", 1, {4, 4, 5})};
   EXPECT_EQ(find_duplicates(mesh, {}, 0), (std::vector<uint32_t>{0, 0, 2}));
   const std::vector<std::byte> extra = {std::byte{1}, std::byte{2}, std::byte{1}};
   EXPECT_EQ(find_duplicates(mesh, extra, 1), (std::vector<uint32_t>{0, 1, 2}));
@@ -37,9 +31,9 @@ TEST(FindDuplicates, NeedsEveryAttributeAndTheExtraBytesEqual) {
 TEST(Weld, SharesValuesAroundAVertexOnly) {
   Mesh mesh;
   mesh.point_count = 4;
-  mesh.attributes = {floats("NORMAL", 1, {8, 8, 9, 8}),
-                     floats("POSITION", 3, {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}),
-                     floats("_A", 1, {1, 2, 1, 1})};
+  mesh.attributes = {float_attribute("NORMAL", 1, {8, 8, 9, 8}),
+                     float_attribute("POSITION", 3, {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0}),
+                     float_attribute("_A", 1, {1, 2, 1, 1})};
   const WeldedMesh welded = weld(mesh, ThreadPool(1));
   EXPECT_EQ(welded.value_of_point[1], (std::vector<uint32_t>{0, 0, 0, 3}));
   EXPECT_EQ(welded.value_of_point[0], (std::vector<uint32_t>{0, 0, 2, 3}));
@@ -49,9 +43,9 @@ TEST(Weld, SharesValuesAroundAVertexOnly) {
 TEST(Weld, KeepsFullDuplicatesApart) {
   Mesh mesh;
   mesh.point_count = 2;
-  mesh.attributes = {floats("POSITION", 3, {1, 2, 3, 1, 2, 3})};
+  mesh.attributes = {float_attribute("POSITION", 3, {1, 2, 3, 1, 2, 3})};
   EXPECT_EQ(weld(mesh, ThreadPool(1)).value_of_point[0], (std::vector<uint32_t>{0, 1}));
-  mesh.attributes.insert(mesh.attributes.begin(), floats("_A", 1, {5, 5}));
+  mesh.attributes.insert(mesh.attributes.begin(), float_attribute("_A", 1, {5, 5}));
   const WeldedMesh welded = weld(mesh, ThreadPool(1));
   EXPECT_EQ(welded.value_of_point[0], (std::vector<uint32_t>{0, 1}));
   EXPECT_EQ(welded.value_of_point[1], (std::vector<uint32_t>{0, 0}));

@@ -60,24 +60,24 @@ struct SeamedMesh {
 };
 
 // Faces (0, 1, 2), (2, 1, 3), (3, 1, 4), (1, 0, 4), with these corners at vertex 1.
-constexpr const char* kFan = "ERRC";
+constexpr const char* kFanSymbols = "ERRC";
 constexpr uint32_t kAtCenter[] = {1, 5, 9, 12};
 
 TEST(Seams, EveryInnerEdgeIsListedOnceByTheFirstOfItsFaces) {
   // Edges 1-2, 0-1, 1-3 and 1-4 of the fan.
-  EXPECT_EQ(SeamedMesh(kFan).edges, (std::vector<uint16_t>{0, 2, 4, 8}));
+  EXPECT_EQ(SeamedMesh(kFanSymbols).edges, (std::vector<uint16_t>{0, 2, 4, 8}));
   EXPECT_TRUE(SeamedMesh("E").edges.empty());
 }
 
 TEST(Seams, WithoutSeamsAnAttributeSharesTheMeshsTable) {
-  SeamedMesh fan(kFan);
+  SeamedMesh fan(kFanSymbols);
   fan.add_attribute({0, 0, 0, 0});
   EXPECT_EQ(fan.attributes[0].table.vertex.data(), fan.decoded.mesh.table.vertex.data());
   EXPECT_EQ(fan.attributes[0].vertex_count, 5u);
 }
 
 TEST(Seams, ASeamSplitsTheVertexAtItsEndOnTheBorder) {
-  SeamedMesh fan(kFan);
+  SeamedMesh fan(kFanSymbols);
   fan.add_attribute({1, 0, 0, 0});  // edge 1-2: vertex 2 has two values, vertex 1 has one all around
   const View<uint16_t> value = fan.attributes[0].table.vertex;
   EXPECT_EQ(fan.attributes[0].vertex_count, 6u);
@@ -88,7 +88,7 @@ TEST(Seams, ASeamSplitsTheVertexAtItsEndOnTheBorder) {
 }
 
 TEST(Seams, TwoSeamsSplitTheVertexBetweenThem) {
-  SeamedMesh fan(kFan);
+  SeamedMesh fan(kFanSymbols);
   fan.add_attribute({1, 0, 1, 0});  // edges 1-2 and 1-3 cut out the second face
   const View<uint16_t> value = fan.attributes[0].table.vertex;
   EXPECT_EQ(fan.attributes[0].vertex_count, 8u);
@@ -98,7 +98,7 @@ TEST(Seams, TwoSeamsSplitTheVertexBetweenThem) {
 }
 
 TEST(Seams, PointsAreSplitWhereAnyAttributeIs) {
-  SeamedMesh fan(kFan);
+  SeamedMesh fan(kFanSymbols);
   fan.add_attribute({1, 0, 0, 0});  // splits vertex 2
   fan.add_attribute({0, 0, 1, 0});  // splits vertex 3
   EXPECT_EQ(fan.split(), 7u);
@@ -108,7 +108,7 @@ TEST(Seams, PointsAreSplitWhereAnyAttributeIs) {
 }
 
 TEST(Seams, NeedTheMemoryThatTheySay) {
-  ClersMesh fan(kFan);
+  ClersMesh fan(kFanSymbols);
   Arena none;
   AttributeTable<uint16_t> table;
   uint16_t edges[] = {0};

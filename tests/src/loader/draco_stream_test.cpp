@@ -25,7 +25,7 @@ struct Sample {
 };
 
 // Streams of every kind that libdraco writes and a glTF asset may hold.
-const std::vector<Sample>& samples() {
+const std::vector<Sample>& stream_samples() {
   static const std::vector<Sample> all = [] {
     std::vector<Sample> found;
     for (const DracoStream& stream : small_draco_streams()) {
@@ -46,7 +46,7 @@ const std::vector<Sample>& samples() {
 // The smallest of its kind.
 const Sample& smallest(bool is_sequential) {
   const Sample* least = nullptr;
-  for (const Sample& sample : samples())
+  for (const Sample& sample : stream_samples())
     if (sample.is_sequential == is_sequential &&
         (least == nullptr || sample.bytes.size() < least->bytes.size()))
       least = &sample;
@@ -61,7 +61,7 @@ Mesh decoded(const Sample& sample, const CompressedPrimitive& primitive, uint32_
 
 TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
   size_t sequential = 0, narrow = 0;
-  for (const Sample& sample : samples()) {
+  for (const Sample& sample : stream_samples()) {
     SCOPED_TRACE(sample.name);
     // With the accessors' counts, and without.
     for (const PrimitiveSource& source : {sample.exact_source(), sample.source()}) {
@@ -77,7 +77,7 @@ TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
     sequential += sample.is_sequential;
   }
   EXPECT_GT(sequential, 10u);
-  EXPECT_GT(samples().size(), sequential + 100);
+  EXPECT_GT(stream_samples().size(), sequential + 100);
   EXPECT_GT(narrow, 100u);
 }
 
@@ -115,8 +115,8 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   broken.resize(broken.size() - 1);
   add({broken, smallest(false).requests, smallest(false).expected.point_count, 0, Compression::kDraco},
       smallest(false).requests, {});
-  for (size_t i = 0; i < 60 && i < samples().size(); ++i) {
-    add(samples()[i].exact_source(), samples()[i].requests, samples()[i].expected);
+  for (size_t i = 0; i < 60 && i < stream_samples().size(); ++i) {
+    add(stream_samples()[i].exact_source(), stream_samples()[i].requests, stream_samples()[i].expected);
     const PatchedSample& sample = patched[i % patched.size()];
     add({sample.encoded.container, sample.requests}, sample.requests, sample.mesh);
   }
@@ -193,7 +193,7 @@ TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
 }
 
 TEST(DecodeDraco, IsTheWholeStreamWithNamesThatGltfHas) {
-  for (const Sample& sample : samples()) {
+  for (const Sample& sample : stream_samples()) {
     SCOPED_TRACE(sample.name);
     const Mesh mesh = must(decode_draco(sample.bytes));
     EXPECT_TRUE(same_bits(mesh, sample.expected));
