@@ -126,7 +126,9 @@ def test():
     run(program, "batch", "in/*.glb", "--out-dir", "one", "-q", "--report", "one.json")
     run(program, "batch", "plan", "in/*.glb", "--out-dir", "out", "-o", "plan.jsonl", "-q")
     hanging, large = shards_of("hang.glb"), shards_of("large.glb")
-    killed = next(shard for shard in "01234567" if shard not in (hanging, large))
+    # The command of a third task is killed. It waits for one of its inputs until then, or it might end too early.
+    held, killed = next((name, shard) for name, shard in ((f"{i}.glb", shards_of(f"{i}.glb")) for i in range(40))
+                        if shard not in (hanging, large))
 
     for command in (["slurmctld", "-D", "-i"], ["slurmd", "-D", "-d", shutil.which("slurmstepd") or "/usr/sbin/slurmstepd"]):
         daemons.append(subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
@@ -135,8 +137,11 @@ def test():
     # A pipe that nobody writes to.
     (folder / "in/hang.glb").unlink()
     os.mkfifo(folder / "in/hang.glb")
+    (folder / "in" / held).rename(folder / "held.glb")
+    os.mkfifo(folder / "in" / held)
     job = submit(8)
     pid = kill_command_of(killed)
+    (folder / "held.glb").replace(folder / "in" / held)
     wait_until("the hanging asset's task is queued again", lambda: states(job).get(hanging, ("", 0))[1] > 0)
     (folder / "in/hang.glb").unlink()
     shutil.copy(folder / "hang.glb", folder / "in/hang.glb")
