@@ -574,13 +574,14 @@ TEST_F(TinyGltfPlugin, SaysWhatIsWrongWithStockDraco) {
 // Calls visit(path) with each glTF file of the corpus that has at most `most_bytes`. visit returns the number
 // of primitives that it compared.
 template <typename Visit>
-void for_each_real_asset(uintmax_t most_bytes, size_t least_count, Visit visit) {
+void for_each_real_asset(uintmax_t least_bytes, uintmax_t most_bytes, size_t least_count, Visit visit) {
   const fs::path corpus = fs::path(PSPLIT_CORPUS) / "gltf";
   if (!fs::is_directory(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
   size_t assets = 0, primitives = 0;
   for (const auto& entry : fs::recursive_directory_iterator(corpus)) {
     const fs::path& path = entry.path();
-    if ((path.extension() != ".glb" && path.extension() != ".gltf") || entry.file_size() > most_bytes) continue;
+    if (path.extension() != ".glb" && path.extension() != ".gltf") continue;
+    if (entry.file_size() < least_bytes || entry.file_size() > most_bytes) continue;
     SCOPED_TRACE(path.string());
     const size_t compared = visit(path);
     primitives += compared;
@@ -591,7 +592,7 @@ void for_each_real_asset(uintmax_t most_bytes, size_t least_count, Visit visit) 
 }
 
 TEST_F(TinyGltfPlugin, DecodesTheStockDracoOfRealAssets) {
-  for_each_real_asset(UINTMAX_MAX, 7, [](const fs::path& path) {
+  for_each_real_asset(0, UINTMAX_MAX, 7, [](const fs::path& path) {
     const Expected<Document> document = read_document(path);
     if (!document || count_in(*document, kStock) == 0) return size_t{0};
     const std::vector<PrimitiveId> ids = all_primitives(*document);
@@ -606,9 +607,20 @@ TEST_F(TinyGltfPlugin, DecodesTheStockDracoOfRealAssets) {
   });
 }
 
-// Assets of other authors. With the plugin they have the same values as their plain files.
-TEST_F(TinyGltfPlugin, LoadsRealAssets) {
-  for_each_real_asset(300'000, 10, [&](const fs::path& path) {
+// Assets of other authors whose files have this many bytes. With the plugin they have the same values as their
+// plain files.
+struct Sizes {
+  uintmax_t least, most;
+  size_t least_count;
+};
+class RealAssets : public TinyGltfPlugin, public testing::WithParamInterface<Sizes> {};
+
+INSTANTIATE_TEST_SUITE_P(Small, RealAssets, testing::Values(Sizes{0, 300'000, 10}));
+INSTANTIATE_TEST_SUITE_P(LargeTakesLong, RealAssets, testing::Values(Sizes{300'001, 3'000'000, 10}));
+
+TEST_P(RealAssets, LoadAsTheirPlainFiles) {
+  const auto& [least, most, least_count] = GetParam();
+  for_each_real_asset(least, most, least_count, [&](const fs::path& path) {
     size_t primitives = 0;
     Expected<Document> document = read_document(path);
     if (!document) return primitives;
