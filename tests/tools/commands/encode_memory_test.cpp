@@ -67,7 +67,7 @@ class EncodeLargeMemory : public EncodeMemory {
   }
   static void TearDownTestSuite() { large_.reset(); }
   static std::string large(const std::string& name) { return (*large_ / name).string(); }
-  static void expect_small(uint64_t peak) {
+  static void expect_small([[maybe_unused]] uint64_t peak) {
 #if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
     EXPECT_GT(peak, uint64_t{10} << 20);
     EXPECT_LT(peak, uint64_t{128} << 20);
