@@ -2,7 +2,6 @@
 """Runs gltf-psplit on every file of a corpus:
 
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
-                [--every N]
 
 A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
 (compare A B) must both say so. This is done twice: with the default options, where no value may be off by more than half a
@@ -31,7 +30,6 @@ parser.add_argument("--corpus", type=pathlib.Path, required=True)
 parser.add_argument("--validator", type=pathlib.Path)
 parser.add_argument("--only", default="", help="only files whose paths contain this")
 parser.add_argument("--malformed", action="store_true", help="only the malformed files")
-parser.add_argument("--every", type=int, default=1, help="only every Nth file, by size")
 parser.add_argument("--timeout", type=int, default=300, help="seconds for one command")
 options = parser.parse_args()
 kDefault = []
@@ -186,7 +184,6 @@ refusals, loads, errors = map(read_expected, ("expected_refusals.txt", "expected
 root = options.corpus / "malformed" if options.malformed else options.corpus
 files = [p for p in root.rglob("*") if p.is_file() and kind(p) in kLoadable and options.only in str(p)]
 files.sort(key=lambda p: (-p.stat().st_size, p))
-files = files[::options.every]
 outcomes = {}
 stock_files = {"glTF": 0, ".drc": 0, "older .drc": 0}
 stock_streams = dict(stock_files)
