@@ -272,7 +272,8 @@ class FieldsReader {
       const size_t mark = arena_.mark();
       const Fault fault = core::cut_seams(mesh_, edges, {flags.data(), flags.size()}, arena_, table, on_seam);
       if (fault != Fault::kNone) return fault;
-      if (table.has_seams) core::number_attribute_vertices(mesh_, on_seam, scratch, table);
+      if (table.has_seams)
+        core::number_attribute_vertices(mesh_, core::View<const bool>(on_seam), scratch, table);
       seam_vertex_counts_[i] = table.vertex_count;
       arena_.release(mark);
     }

@@ -269,7 +269,7 @@ class AttributeDecoder {
   PSPLIT_HD Fault find_sequence(Group<Index>& group) {
     // The same walk over the same table gives the same sequence.
     for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
-      if (group.table.has_seams || other->table.has_seams ||
+      if (other->table.table.opposite.data() != group.table.table.opposite.data() ||
           other->by_prediction_degree != group.by_prediction_degree || other->sequence.corner.empty())
         continue;
       group.sequence = other->sequence;

@@ -58,7 +58,8 @@ class SeamDecoder {
   // Cuts a table for each attribute data, and splits vertices into points, after all steps were taken.
   PSPLIT_HD Fault finish(Arena& arena, Patch<Index>& patch) {
     const Connectivity<Index>& mesh = patch.mesh;
-    bool any_seams = false;
+    const AttributeTable<Index>* seamed = nullptr;  // the last of the tables that have seams
+    uint32_t seamed_count = 0;
     View<bool> on_seam;
     View<Index> scratch;
     if (!arena.take(patch.on_seam, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count) ||
@@ -67,18 +68,30 @@ class SeamDecoder {
     fill(patch.on_seam, false);
     for (uint32_t i = 0; i < count_; ++i) {
       AttributeTable<Index>& table = tables_[i];
+      const uint32_t same = same_seams(SerialLanes(), i);
+      if (same < i) {
+        table = tables_[same];
+        continue;
+      }
       const Fault fault = cut_seams(mesh, inner_edges_, seams_of(i), arena, table, on_seam);
       if (fault != Fault::kNone) return fault;
       if (!table.has_seams) continue;
-      any_seams = true;
-      number_attribute_vertices(mesh, on_seam, scratch, table);
+      seamed = &table, ++seamed_count;
+      number_attribute_vertices(mesh, View<const bool>(on_seam), scratch, table);
       arena.trim(table.closed, table.vertex_count);
       for (size_t v = 0; v < on_seam.size(); ++v) patch.on_seam[v] |= on_seam[v];
     }
     arena.give_back(inner_edges_);
     arena.give_back(seams_);
     arena.give_back(on_seam);
-    const Fault fault = any_seams ? split_points(scratch, arena, patch) : Fault::kNone;
+    Fault fault = Fault::kNone;
+    if (seamed_count > 0 && !arena.take_for_good(patch.point_at, mesh.table.vertex.size()))
+      fault = Fault::kWorkspace;
+    else if (seamed_count == 1)
+      fault = store_points(PointNumbers<Index>(mesh, *seamed, scratch), arena, patch);
+    else if (seamed_count > 1)
+      fault = store_points(PointNumbers<Index>(mesh, tables_, patch.on_seam, patch.point_at, scratch), arena,
+                           patch);
     arena.give_back(scratch);
     return fault;
   }
@@ -95,6 +108,12 @@ class SeamDecoder {
     bool any_seams = false;
     const uint32_t count = count_;
     for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t same = same_seams(lanes, i);
+      if (same < i) {
+        if (lanes.rank() == 0) tables_[i] = tables_[same];
+        lanes.sync();
+        continue;
+      }
       bool has_seams = false;
       if (const Fault fault = cut_table(lanes, i, mesh, arena, on_seam, scratch, has_seams);
           fault != Fault::kNone)
@@ -151,6 +170,22 @@ class SeamDecoder {
       return arena.take(seams_, uint64_t{count_} * edge_count) ? Fault::kNone : Fault::kWorkspace;
     });
   }
+  // The first attribute data with the same seams: it has the same table, and the same walk over it. Collective.
+  template <Lanes L>
+  PSPLIT_HD uint32_t same_seams(L lanes, uint32_t attribute_data) const {
+    const auto bytes = static_cast<uint32_t>(inner_edges_.size());
+    const View<const uint8_t> bits = seams_of(attribute_data);
+    for (uint32_t i = 0; i < attribute_data; ++i) {
+      const View<const uint8_t> others = seams_of(i);
+      bool differs = false;
+      if constexpr (L::size() == 1)
+        differs = __builtin_memcmp(bits.data(), others.data(), bytes) != 0;
+      else
+        for_each_lane_item(lanes, bytes, [&](uint32_t edge) { differs |= bits[edge] != others[edge]; });
+      if (!any(lanes, differs)) return i;
+    }
+    return attribute_data;
+  }
   // Makes the table of an attribute data. Collective.
   template <Lanes L>
   PSPLIT_HD Fault cut_table(L lanes, uint32_t attribute_data, const Connectivity<Index>& mesh, Arena& arena,
@@ -173,14 +208,10 @@ class SeamDecoder {
     lanes.sync();
     return Fault::kNone;
   }
-  PSPLIT_HD Fault split_points(View<Index> scratch, Arena& arena, Patch<Index>& patch) {
-    if (!arena.take_for_good(patch.point_at, patch.mesh.table.vertex.size())) return Fault::kWorkspace;
-    patch.point_count = split_into_points(patch.mesh, tables_, patch.on_seam, scratch, patch.point_at);
+  PSPLIT_HD Fault store_points(const PointNumbers<Index>& numbers, Arena& arena, Patch<Index>& patch) {
+    patch.point_count = numbers.count();
     if (!arena.take_for_good(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
-    const View<Index> point_at = patch.point_at, corner_of_point = patch.corner_of_point;
-    for (uint32_t face = 0; face < patch.face_count; ++face)
-      for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)
-        corner_of_point[point_at[corner]] = static_cast<Index>(corner);
+    numbers.store(patch.point_at, patch.corner_of_point);
     return Fault::kNone;
   }
 

@@ -47,16 +47,18 @@ PSPLIT_HD void cut_seams(L lanes, View<Index> opposite, View<Index> edges, View<
   lanes.sync();
 }
 
-// number_attribute_vertices, of a table that is cut. Returns the number of values, and marks in `on_any_seam`
-// the vertices of the mesh that are on one of the table's seams. `scratch` has room for the mesh's vertices.
+// number_attribute_vertices. Returns the number of values, and marks in `on_any_seam` the vertices of the mesh
+// that are on one of the table's seams. `scratch` has room for the mesh's vertices.
 template <Lanes L, typename Index>
 PSPLIT_HD uint32_t number_attribute_vertices(L lanes, const Connectivity<Index>& mesh,
                                              const AttributeTable<Index>& out, View<Index> scratch,
                                              View<bool> on_any_seam) {
   const CornerTable<Index> table = mesh.table, own = out.table;
   const View<BorderEdge<Index>> border = mesh.border;
-  const View<bool> closed = out.closed;
+  const View<bool> closed = out.closed, mesh_closed = mesh.closed;
   const uint32_t vertex_count = mesh.vertex_count;
+  for_each_lane_item(lanes, static_cast<uint32_t>(own.vertex.size() / 4),
+                     [&](uint32_t face) { row_of(own.vertex, 4 * face) = row_of(table.vertex, 4 * face); });
   for_each_lane_item(lanes, vertex_count, [&](uint32_t v) {
     const Index first = previous(border[v].corner());
     uint32_t seams = 0;
@@ -67,30 +69,29 @@ PSPLIT_HD uint32_t number_attribute_vertices(L lanes, const Connectivity<Index>&
       corner = across == kNone<Index> ? across : previous(across);
     } while (corner != kNone<Index> && corner != first);
     if (seams > 0) on_any_seam[v] = true;
+    const bool is_closed = mesh_closed[v];
+    closed[v] = is_closed && seams == 0;
     // Around an inner vertex, the last seam is where the first value begins.
-    scratch[v] = static_cast<Index>(corner == kNone<Index> ? seams + 1 : seams > 0 ? seams : 1);
+    scratch[v] = static_cast<Index>(is_closed && seams > 0 ? seams - 1 : seams);
   });
   lanes.sync();
-  const uint32_t count = scan_array(lanes, scratch);
+  const uint32_t count = vertex_count + scan_array(lanes, scratch);
   for_each_lane_item(lanes, vertex_count, [&](uint32_t v) {
-    const Index middle = previous(border[v].corner());
-    Index first = middle, left = own.swing_left(middle);
-    for (; left != kNone<Index> && left != middle; left = own.swing_left(left)) first = left;
-    uint32_t number = scratch[v];
-    closed[number] = left == middle;
-    Index corner = first;
-    do {
-      own.vertex[corner] = static_cast<Index>(number);
-      const bool seam = own.opposite[previous(corner)] == kNone<Index>;
-      corner = table.swing_right(corner);
-      if (seam && corner != kNone<Index> && corner != first) closed[++number] = false;
-    } while (corner != kNone<Index> && corner != first);
+    uint32_t next_number = vertex_count + scratch[v], number = v;
+    if (next_number == (v + 1 < vertex_count ? vertex_count + scratch[v + 1] : count)) return;
+    walk_values(table, own, first_value_corner(own, previous(border[v].corner())),
+                [&](Index corner, bool is_new) {
+                  if (is_new) closed[number = next_number++] = false;
+                  if (number != v) own.vertex[corner] = static_cast<Index>(number);
+                });
   });
   lanes.sync();
   return count;
 }
 
-// split_into_points, in two steps: first the number of points, which also fills `scratch`, then the points.
+// Splits the vertices wherever an attribute has another value: first the number of points, then the points.
+// They are numbered by vertex, and clockwise around it. `on_seam` marks the vertices on a seam of any
+// attribute. `scratch` has room for the mesh's vertices.
 template <typename Index>
 class PointSplit {
  public:
@@ -99,55 +100,57 @@ class PointSplit {
       : table_(mesh.table),
         border_(mesh.border),
         closed_(mesh.closed),
-        vertex_count_(mesh.vertex_count),
         attributes_(attributes),
         on_seam_(on_seam),
-        scratch_(scratch) {}
+        first_point_(scratch) {}
 
+  // The number of points. Collective.
   template <Lanes L>
   PSPLIT_HD uint32_t count(L lanes) const {
-    for_each_lane_item(lanes, vertex_count_, [&](uint32_t v) {
+    fill(lanes, first_point_, Index{1});
+    for_each_marked(lanes, on_seam_, [&](uint32_t v) {
       uint32_t points = 1;
-      if (on_seam_[v]) walk(v, [&](Index, bool is_new) { points += is_new ? 1 : 0; });
-      scratch_[v] = static_cast<Index>(points);
+      walk(v, [&](Index, bool is_new) { points += is_new ? 1 : 0; });
+      first_point_[v] = static_cast<Index>(points);
     });
     lanes.sync();
-    return scan_array(lanes, scratch_);
+    return scan_array(lanes, first_point_);
   }
-  // Stores the point of each corner, and a corner of each point.
+  // Stores the point of each corner, and a corner of each point, after `count`. Collective.
   template <Lanes L>
   PSPLIT_HD void store(L lanes, View<Index> point_at, View<Index> corner_of_point) const {
-    for_each_lane_item(lanes, vertex_count_, [&](uint32_t v) {
-      Index point = scratch_[v];
-      bool is_first = true;
+    const View<Index> vertex = table_.vertex, first_point = first_point_;
+    for_each_lane_item(lanes, static_cast<uint32_t>(vertex.size() / 4), [&](uint32_t face) {
+      const FaceRow<Index> at = row_of(vertex, 4 * face);
+      row_of(point_at, 4 * face) = {{first_point[at.at[0]], first_point[at.at[1]], first_point[at.at[2]]}};
+    });
+    for_each_lane_item(lanes, static_cast<uint32_t>(first_point.size()),
+                       [&](uint32_t v) { corner_of_point[first_point[v]] = leftmost(v); });
+    lanes.sync();
+    for_each_marked(lanes, on_seam_, [&](uint32_t v) {
+      uint32_t point = first_point[v];
       walk(v, [&](Index corner, bool is_new) {
         if (is_new) ++point;
-        point_at[corner] = point;
-        if (is_new || is_first) corner_of_point[point] = corner;
-        is_first = false;
+        point_at[corner] = static_cast<Index>(point);
+        corner_of_point[point] = corner;
       });
     });
     lanes.sync();
   }
 
  private:
-  // walk_points of a vertex, which has a single point if it is on no seam.
+  PSPLIT_HD Index leftmost(uint32_t v) const { return previous(border_[v].corner()); }
   template <typename Visit>
-  PSPLIT_HD void walk(uint32_t v, Visit visit) const {
-    const bool on_seam = on_seam_[v];
-    const View<AttributeTable<Index>> attributes = on_seam ? attributes_ : View<AttributeTable<Index>>();
-    const Index leftmost = previous(border_[v].corner());
-    const Index first = first_point_corner(table_, attributes, closed_[v], leftmost);
-    walk_points(table_, attributes, first, visit);
+  PSPLIT_HD PSPLIT_INLINE void walk(uint32_t v, Visit visit) const {
+    walk_points(table_, attributes_, first_point_corner(table_, attributes_, closed_[v], leftmost(v)), visit);
   }
 
   CornerTable<Index> table_;
   View<BorderEdge<Index>> border_;
   View<const bool> closed_;
-  uint32_t vertex_count_ = 0;
   View<AttributeTable<Index>> attributes_;
   View<const bool> on_seam_;
-  View<Index> scratch_;
+  View<Index> first_point_;  // by vertex
 };
 
 }  // namespace psplit::core

@@ -44,24 +44,39 @@ PSPLIT_HD uint32_t list_inner_edges(const CornerTable<Index>& table, View<Index>
   return count;
 }
 
+// Calls body(v) for the vertices that are marked: mostly few.
+template <Lanes L, typename Body>
+PSPLIT_HD void for_each_marked(L lanes, View<const bool> marks, Body body) {
+  const auto count = static_cast<uint32_t>(marks.size());
+  if constexpr (L::size() == 1) {
+    const auto* const bytes = reinterpret_cast<const uint8_t*>(marks.data());
+    for (uint32_t v = 0; v < count;) {
+      if (count - v >= 8 && load_le64(bytes + v) == 0) {
+        v += 8;
+        continue;
+      }
+      if (marks[v]) body(v);
+      ++v;
+    }
+  } else {
+    for_each_lane_item(lanes, count, [&](uint32_t v) {
+      if (marks[v]) body(v);
+    });
+  }
+}
+
 // Cuts an attribute's table open along its seams: `bits` says which of `edges` are seams. If there are any,
 // `on_seam` marks the vertices of the mesh at their ends.
 template <typename Index>
-PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, View<uint8_t> bits, Arena& arena,
-                          AttributeTable<Index>& out, View<bool> on_seam) {
-  const View<Index> opposite = mesh.table.opposite;
+PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, View<const uint8_t> bits,
+                          Arena& arena, AttributeTable<Index>& out, View<bool> on_seam) {
+  const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   out = {mesh.table, mesh.closed, mesh.vertex_count, false};
-  const auto cut = [&](uint32_t corner) {
-    if (!out.has_seams) {
-      out.has_seams = true;
-      if (!out.allocate(mesh.counts.face_count, arena)) return false;
-      for (size_t i = 0; i < opposite.size(); ++i) out.table.opposite[i] = opposite[i];
-      fill(on_seam, false);
-    }
-    out.table.opposite[opposite[corner]] = kNone<Index>;
-    out.table.opposite[corner] = kNone<Index>;
-    on_seam[mesh.table.vertex[next(corner)]] = true;
-    on_seam[mesh.table.vertex[previous(corner)]] = true;
+  const auto begin = [&] {
+    out.has_seams = true;
+    if (!out.allocate(mesh.counts.face_count, arena)) return false;
+    copy<Index>(opposite, out.table.opposite);
+    fill(on_seam, false);
     return true;
   };
   for (size_t i = 0; i < bits.size();) {
@@ -70,53 +85,64 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
       i += 8;
       continue;
     }
-    if (bits[i] != 0 && !cut(edges[i])) return Fault::kWorkspace;
+    if (bits[i] != 0) {
+      if (!out.has_seams && !begin()) return Fault::kWorkspace;
+      const Index corner = edges[i];
+      out.table.opposite[opposite[corner]] = kNone<Index>;
+      out.table.opposite[corner] = kNone<Index>;
+      on_seam[vertex[next(corner)]] = true;
+      on_seam[vertex[previous(corner)]] = true;
+    }
     ++i;
   }
   return Fault::kNone;
 }
 
-// Gives each corner a number, vertex by vertex. walk(vertex) sets the numbers at the corners of a vertex on a
-// seam. All corners of any other vertex get the number that whole(vertex) returns. `scratch` has room for the
-// mesh's vertices.
-template <typename Index, typename Walk, typename Whole>
-PSPLIT_HD void number_corners(const Connectivity<Index>& mesh, View<const bool> on_seam, View<Index> scratch,
-                              View<Index> number_at, Whole whole, Walk walk) {
-  for (uint32_t v = 0; v < mesh.vertex_count; ++v) {
-    scratch[v] = on_seam[v] ? kNone<Index> : whole(v);
-    if (on_seam[v]) walk(v);
-  }
-  for (uint32_t face = 0; face < mesh.counts.face_count; ++face)
-    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
-      const Index number = scratch[mesh.table.vertex[corner]];
-      if (number != kNone<Index>) number_at[corner] = number;
-    }
+// The corner where the value at the `leftmost` corner of a vertex begins, clockwise: at a seam of the table
+// `own` or at the border, or anywhere if there are none.
+template <typename Index>
+PSPLIT_HD Index first_value_corner(const CornerTable<Index>& own, Index leftmost) {
+  Index first = leftmost, left = own.swing_left(first);
+  for (; left != kNone<Index> && left != leftmost; left = own.swing_left(left)) first = left;
+  return first;
 }
 
-// Numbers the values around each vertex, clockwise, with a new number after each seam. At a vertex on a seam,
-// the first value begins at a seam or at the border. `scratch` has room for the mesh's vertices.
+// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new value begins where
+// is_new is set: behind a seam of the table `own`.
+template <typename Index, typename Visit>
+PSPLIT_HD PSPLIT_INLINE void walk_values(const CornerTable<Index>& table, const CornerTable<Index>& own,
+                                         Index first, Visit visit) {
+  bool is_new = false;
+  Index corner = first;
+  do {
+    visit(corner, is_new);
+    const Index edge = previous(corner), across = table.opposite[edge];
+    is_new = own.opposite[edge] == kNone<Index>;
+    corner = across == kNone<Index> ? across : previous(across);
+  } while (corner != kNone<Index> && corner != first);
+}
+
+// Numbers the values of a table that is cut. The value at the first corner of a vertex has the vertex's number.
+// The others have those from the number of vertices on: by vertex, and clockwise around it. `on_seam` is of
+// this table. Sets the number of values of each vertex.
 template <typename Index>
 PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<const bool> on_seam,
-                                         View<Index> scratch, AttributeTable<Index>& out) {
-  uint32_t count = 0;
-  const auto whole = [&](uint32_t v) {
-    out.closed[count] = mesh.closed[v];
-    return static_cast<Index>(count++);
-  };
-  const auto walk = [&](uint32_t v) {
-    Index first = mesh.first_corner(static_cast<Index>(v));
-    for (Index left = first; left != kNone<Index>; left = out.table.swing_left(first)) first = left;
-    Index corner = first;
-    out.closed[count] = false;
-    do {
-      out.table.vertex[corner] = static_cast<Index>(count);
-      const bool seam = out.table.opposite[previous(corner)] == kNone<Index>;
-      corner = mesh.table.swing_right(corner);
-      if (seam && corner != kNone<Index> && corner != first) out.closed[++count] = false;
-    } while (corner != kNone<Index> && corner != first);
-    ++count;
-  };
-  number_corners(mesh, on_seam, scratch, out.table.vertex, whole, walk);
+                                         View<Index> value_counts, AttributeTable<Index>& out) {
+  copy<Index>(mesh.table.vertex, out.table.vertex);
+  copy<bool>(mesh.closed.first(mesh.vertex_count), out.closed);
+  fill(value_counts, Index{1});
+  uint32_t count = mesh.vertex_count;
+  for_each_marked(SerialLanes(), on_seam, [&](uint32_t v) {
+    const uint32_t before = count;
+    uint32_t number = v;
+    out.closed[v] = false;
+    walk_values(mesh.table, out.table, first_value_corner(out.table, mesh.first_corner(static_cast<Index>(v))),
+                [&](Index corner, bool is_new) {
+                  if (is_new) out.closed[number = count++] = false;
+                  out.table.vertex[corner] = static_cast<Index>(number);
+                });
+    value_counts[v] = static_cast<Index>(1 + count - before);
+  });
   out.vertex_count = count;
 }
 
@@ -156,24 +182,66 @@ PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
   }
 }
 
-// Splits the vertices wherever an attribute has another value, and stores the resulting point of each corner.
-// Returns the number of points. `on_seam` marks the vertices on a seam of any attribute.
+// Splits the vertices wherever an attribute has another value, one thread's way. The points of a vertex are
+// numbered like values first: one has the vertex's number, and the others have those from the number of
+// vertices on. Then all get their own numbers: by vertex, and clockwise around it.
 template <typename Index>
-PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
-                                     View<const bool> on_seam, View<Index> scratch, View<Index> point) {
-  uint32_t count = 0;
-  const auto walk = [&](uint32_t v) {
-    const Index leftmost = mesh.first_corner(static_cast<Index>(v));
-    const Index first = first_point_corner(mesh.table, attributes, mesh.closed[v], leftmost);
-    walk_points(mesh.table, attributes, first, [&](Index corner, bool is_new) {
-      if (is_new) ++count;
-      point[corner] = static_cast<Index>(count);
+class PointNumbers {
+ public:
+  // If all seams are those of one table, points are its values: `point_counts` are those that
+  // number_attribute_vertices set. Around a closed vertex the point at the first corner is the last one.
+  PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, const AttributeTable<Index>& only,
+                         View<Index> point_counts)
+      : mesh_(mesh),
+        numbers_(only.table.vertex),
+        point_counts_(point_counts),
+        count_(only.vertex_count),
+        first_is_last_(true) {}
+  // Otherwise. `on_seam` marks the vertices on a seam of any attribute. `numbers` has room for all corners, and
+  // `point_counts` for all vertices.
+  PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
+                         View<const bool> on_seam, View<Index> numbers, View<Index> point_counts)
+      : mesh_(mesh), numbers_(numbers), point_counts_(point_counts), count_(mesh.vertex_count) {
+    copy<Index>(mesh.table.vertex, numbers);
+    fill(point_counts, Index{1});
+    for_each_marked(SerialLanes(), on_seam, [&](uint32_t v) {
+      const uint32_t before = count_;
+      uint32_t number = v;
+      const Index first =
+          first_point_corner(mesh.table, attributes, mesh.closed[v], mesh.first_corner(static_cast<Index>(v)));
+      walk_points(mesh.table, attributes, first, [&](Index corner, bool is_new) {
+        if (is_new) number = count_++;
+        numbers[corner] = static_cast<Index>(number);
+      });
+      point_counts[v] = static_cast<Index>(1 + count_ - before);
     });
-    ++count;
-  };
-  number_corners(
-      mesh, on_seam, scratch, point, [&](uint32_t) { return static_cast<Index>(count++); }, walk);
-  return count;
-}
+  }
+
+  PSPLIT_HD uint32_t count() const { return count_; }
+  // Stores the point of each corner, and a corner of each point.
+  PSPLIT_HD void store(View<Index> point_at, View<Index> corner_of_point) const {
+    const View<Index> point_of = corner_of_point;  // by number, until each point has its corner
+    uint32_t point = 0, next_number = mesh_.vertex_count;
+    for (uint32_t v = 0; v < mesh_.vertex_count; ++v) {
+      const uint32_t others = point_counts_[v] - 1u;
+      const uint32_t first = first_is_last_ && mesh_.closed[v] ? others : 0;
+      point_of[v] = static_cast<Index>(point + first);
+      for (uint32_t k = 0; k < others; ++k)
+        point_of[next_number++] = static_cast<Index>(point + k + (first == 0 ? 1 : 0));
+      point += 1 + others;
+    }
+    for (uint32_t corner = 0; corner < point_at.size(); corner += 4)
+      for (uint32_t c = corner; c < corner + 3; ++c) point_at[c] = point_of[numbers_[c]];
+    for (uint32_t corner = 0; corner < point_at.size(); corner += 4)
+      for (uint32_t c = corner; c < corner + 3; ++c) corner_of_point[point_at[c]] = static_cast<Index>(c);
+  }
+
+ private:
+  const Connectivity<Index>& mesh_;
+  View<Index> numbers_;       // by corner
+  View<Index> point_counts_;  // by vertex
+  uint32_t count_ = 0;
+  bool first_is_last_ = false;
+};
 
 }  // namespace psplit::core

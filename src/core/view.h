@@ -148,7 +148,18 @@ class Arena {
 
 template <typename T>
 PSPLIT_HD void fill(View<T> view, T value) {
-  for (size_t i = 0; i < view.size(); ++i) view[i] = value;
+  if constexpr (sizeof(T) == 1) {
+    if (!view.empty()) __builtin_memset(view.data(), static_cast<int>(value), view.size());
+  } else {
+    for (size_t i = 0; i < view.size(); ++i) view[i] = value;
+  }
+}
+// Copies all values to the first places of another array. Compilers do not always see that a loop does only
+// this.
+template <typename T>
+PSPLIT_HD void copy(View<const T> from, View<T> to) {
+  PSPLIT_CORE_CHECK(from.size() <= to.size());
+  if (!from.empty()) __builtin_memcpy(to.data(), from.data(), from.size() * sizeof(T));
 }
 
 }  // namespace psplit::core

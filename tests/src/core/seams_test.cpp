@@ -46,14 +46,33 @@ struct SeamedMesh {
     }
     attributes.push_back(table);
   }
+  // With a single table that has seams there are two ways to the same points.
   uint32_t split() {
+    std::vector<uint16_t> counts(scratch.size());
     points.resize(4 * decoded.mesh.counts.face_count);
-    return split_into_points(decoded.mesh, view(attributes),
-                             View<const bool>(on_any_seam.get(), scratch.size()), view(scratch), view(points));
+    const uint32_t count = store(PointNumbers<uint16_t>(decoded.mesh, view(attributes),
+                                                        View<const bool>(on_any_seam.get(), counts.size()),
+                                                        view(points), view(counts)));
+    const auto has_seams = [](const AttributeTable<uint16_t>& table) { return table.has_seams; };
+    if (std::count_if(attributes.begin(), attributes.end(), has_seams) == 1) {
+      const std::vector<uint16_t> expected = points;
+      EXPECT_EQ(
+          store(PointNumbers<uint16_t>(
+              decoded.mesh, *std::find_if(attributes.begin(), attributes.end(), has_seams), view(scratch))),
+          count);
+      for (size_t c = 0; c < points.size(); ++c) EXPECT_TRUE(c % 4 == 3 || points[c] == expected[c]);
+    }
+    return count;
+  }
+  uint32_t store(const PointNumbers<uint16_t>& numbers) {
+    std::vector<uint16_t> corner_of_point(numbers.count());
+    numbers.store(view(points), view(corner_of_point));
+    for (uint32_t point = 0; point < numbers.count(); ++point) EXPECT_EQ(points[corner_of_point[point]], point);
+    return numbers.count();
   }
 
   ClersMesh decoded;
-  std::vector<uint16_t> edges, scratch, points;
+  std::vector<uint16_t> edges, scratch, points;  // scratch: the value counts of the last table with seams
   std::vector<AttributeTable<uint16_t>> attributes;
   std::vector<std::vector<uint8_t>> memory;
   std::unique_ptr<bool[]> on_seam, on_any_seam;
