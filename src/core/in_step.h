@@ -73,4 +73,16 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
   if constexpr (kRuns > 1) step_all<kRareInStep<kRuns - 1>, Run>(at, live);
 }
 
+// Takes steps of runs of different kinds in turn, until the first of them ends.
+template <typename... Runs>
+PSPLIT_HD void step_in_turn(Runs&... runs) {
+  const auto step = [&](Runs... at) {
+    uint32_t steps = ~uint32_t{0};
+    ((steps = at.steps_left() < steps ? at.steps_left() : steps), ...);
+    for (; steps > 0; --steps) (at.step(), ...);
+    ((runs = at), ...);
+  };
+  step(runs...);
+}
+
 }  // namespace psplit::core

@@ -239,7 +239,7 @@ class IntegerDecoder {
   template <Lanes L>
   PSPLIT_HD bool predict_normals(L lanes) {
     if (data_.scheme != Scheme::kGeometricNormal || attribute_->value_components() != 2) return false;
-    predict_from_geometry(lanes, values<2>(), positions(), data_);
+    predict_from_geometry(lanes, values<2>(), positions(), {}, data_);
     return true;
   }
   template <typename Run>
@@ -261,7 +261,7 @@ class IntegerDecoder {
     const uint32_t components = attribute_->value_components();
     if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal) {
       if (components != 2) return Fault::kPrediction;
-      return predict_from_positions(values<2>(), positions(), data_);
+      return predict_from_positions(values<2>(), positions(), data_, arena);
     }
     if (components == 3) return predict(values<3>(), data_, arena);
     if constexpr (!PSPLIT_IS_SMALL_CODE) {

@@ -16,7 +16,8 @@ class NormalSteps {
       : on_(on), grid_(grid), canonicalized_(canonicalized) {}
 
   PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
-  PSPLIT_HD void step() {
+  PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
+  PSPLIT_HD PSPLIT_INLINE void step() {
     const int32_t* by = on_.correction(i_);
     const OctahedralGrid grid = grid_;
     last_ = grid.correct(last_, {by[0], by[1]}, canonicalized_);
@@ -54,11 +55,35 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
   return sum;
 }
 
+// The same for all vertices in one walk over the faces: the normal of a face is the same at its three corners,
+// also if sums wrap around. Returns no sums if the arena has too little memory.
+template <typename Index>
+PSPLIT_HD View<Vec3> sum_normals(const CornerTable<Index>& table, const Positions<Index>& positions,
+                                 uint32_t vertex_count, Arena& arena) {
+  View<Vec3> sums;
+  if (!arena.take(sums, vertex_count)) return {};
+  fill(sums, Vec3());
+  for (uint32_t corner = 0; corner < table.vertex.size(); corner += 4) {
+    const FaceRow<Index> vertex = row_of(table.vertex, corner);
+    const Vec3 at = positions.at(static_cast<Index>(corner));
+    Vec3 normal;
+    add_cross(normal, minus(positions.at(static_cast<Index>(corner + 1)), at),
+              minus(positions.at(static_cast<Index>(corner + 2)), at));
+    for (uint32_t k = 0; k < 3; ++k) sums[vertex.at[k]] = plus(sums[vertex.at[k]], normal);
+  }
+  return sums;
+}
+
+// The memory that it takes.
+PSPLIT_HD constexpr size_t normal_sum_bytes(uint64_t vertex_count) { return Arena::bytes<Vec3>(vertex_count); }
+
 // Each normal is predicted from the positions around its vertex; a flip says that it points the other way. A
-// lane computes a value; the first one decodes all flips. Collective.
+// lane computes a value; the first one decodes all flips. `sums` are those of sum_normals, or empty.
+// Collective.
 template <Lanes L, typename Index>
 PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& on,
-                                     const Positions<Index>& positions, PredictionData& data) {
+                                     const Positions<Index>& positions, View<const Vec3> sums,
+                                     PredictionData& data) {
   // Normals are shortened to about this length, so that a product with the grid's center fits.
   constexpr uint64_t kBound = 1u << 29;
   constexpr uint64_t kMost = ~uint64_t{0} >> 1;
@@ -73,7 +98,7 @@ PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& o
     const uint32_t i = first + lanes.rank();
     if (i >= count) continue;
     const Index corner = on.sequence.corner[i];
-    Vec3 normal = normal_at(on.table, positions, corner);
+    Vec3 normal = sums.empty() ? normal_at(on.table, positions, corner) : sums[on.table.vertex[corner]];
     const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
     const uint64_t length = x > kMost || y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
     if (length > kBound) {

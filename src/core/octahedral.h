@@ -6,7 +6,7 @@
 // specification 2.2, "octahedral normals".
 #pragma once
 
-#include "src/core/integer_vectors.h"
+#include "src/core/components.h"
 
 namespace psplit::core {
 
@@ -82,6 +82,35 @@ class OctahedralGrid {
     out[1] = y * inverse;
     out[2] = z * inverse;
   }
+
+#if defined(PSPLIT_HAS_VECTORS)
+  // The same for four places at once.
+  static constexpr uint32_t kAtOnce = 4;
+  void unit_vectors(const Vec2 (&at)[kAtOnce], float (&out)[kAtOnce][3]) const {
+    using Floats = float __attribute__((vector_size(16)));
+    using Ints = int32_t __attribute__((vector_size(16)));
+    const auto choose = [](Ints mask, Floats a, Floats b) {
+      return reinterpret_cast<Floats>((reinterpret_cast<Ints>(a) & mask) | (reinterpret_cast<Ints>(b) & ~mask));
+    };
+    const Floats zero{};
+    const float scale = 2.0f / static_cast<float>(max_);
+    Floats y = __builtin_convertvector(Ints{at[0].s, at[1].s, at[2].s, at[3].s}, Floats) * scale - 1.0f;
+    Floats z = __builtin_convertvector(Ints{at[0].t, at[1].t, at[2].t, at[3].t}, Floats) * scale - 1.0f;
+    const Floats x = 1.0f - choose(y < zero, -y, y) - choose(z < zero, -z, z);
+    Floats fold = -x;
+    fold = choose(fold < zero, zero, fold);
+    y += choose(y < zero, fold, -fold);
+    z += choose(z < zero, fold, -fold);
+    const Floats square = x * x + y * y + z * z;
+    Floats root{};
+    for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = __builtin_sqrtf(square[k]);
+    // No float is between this bound and 1e-6, which is what unit_vector compares with.
+    const Floats inverse = choose(square <= 1e-6f, zero, 1.0f / root);
+    const Floats unit[3] = {x * inverse, y * inverse, z * inverse};
+    for (uint32_t k = 0; k < kAtOnce; ++k)
+      for (uint32_t i = 0; i < 3; ++i) out[k][i] = square[k] <= 1e-6f ? 0 : unit[i][k];
+  }
+#endif
 
   // Each edge of the square is folded onto itself, and its four corners are one place: returns one name for
   // each place.

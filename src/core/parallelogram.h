@@ -56,7 +56,8 @@ class ParallelogramSteps {
       : on_(on), last_(on.zeros) {}
 
   PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
-  PSPLIT_HD void step() {
+  PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
+  PSPLIT_HD PSPLIT_INLINE void step() {
     using Block = typename WrappedValues<Index, kComponents>::Block;
     const Index corner = on_.sequence.corner[i_];
     Parallelogram known{last_, on_.zeros, on_.zeros};

@@ -55,12 +55,15 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pre
   return Fault::kPrediction;
 }
 
-// The same for the schemes that predict from positions: kTexCoords and kGeometricNormal.
+// The same for the schemes that predict from positions: kTexCoords and kGeometricNormal. Normals are faster if
+// the arena has normal_sum_bytes.
 template <typename Index>
 PSPLIT_HD Fault predict_from_positions(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
-                                       PredictionData& data) {
-  if (data.scheme == Scheme::kGeometricNormal)
-    return predict_from_geometry(SerialLanes(), on, positions, data), Fault::kNone;
+                                       PredictionData& data, Arena& arena) {
+  if (data.scheme == Scheme::kGeometricNormal) {
+    const View<Vec3> sums = sum_normals(on.table, positions, on.sequence.count, arena);
+    return predict_from_geometry(SerialLanes(), on, positions, sums, data), Fault::kNone;
+  }
   const WrappedValues<Index, 2> wrapped(on, data.wrap);
   return TexCoordsPredictor<Index>(wrapped, positions, data.orientations).predict();
 }

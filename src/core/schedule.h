@@ -65,6 +65,25 @@ PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& 
     step(SymbolSteps<false>(sequence));
 }
 
+// Takes the steps of three predictions of a single stream in turn, if it has them, and else of two.
+template <typename Index>
+PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
+  ParallelogramSteps<Index, 3>* points = nullptr;
+  ParallelogramSteps<Index, 2>* places = nullptr;
+  NormalSteps<Index>* normals = nullptr;
+  for (size_t i = 0; i < integers.size(); ++i) {
+    if (points == nullptr && integers[i].parallelograms_3d().running())
+      points = &integers[i].parallelograms_3d();
+    if (places == nullptr && integers[i].parallelograms_2d().running())
+      places = &integers[i].parallelograms_2d();
+    if (normals == nullptr && integers[i].normals().running()) normals = &integers[i].normals();
+  }
+  if (points != nullptr && places != nullptr && normals != nullptr) step_in_turn(*points, *places, *normals);
+  if (points != nullptr && normals != nullptr) step_in_turn(*points, *normals);
+  if (places != nullptr && normals != nullptr) step_in_turn(*places, *normals);
+  if (points != nullptr && places != nullptr) step_in_turn(*points, *places);
+}
+
 // Takes all pending steps of decoders that are at the same stop, those of kInStep runs in turn.
 template <typename Index, StreamKinds kKinds>
 PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t count) {
@@ -118,6 +137,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
         for_runs<CreatedValues<Index>>(
             decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
             step_created<kInStep, Index>);
+      if (!PSPLIT_IS_SMALL_CODE && count == 1) step_predictions(decoders[0]->integers());
       take_predictions(&Integers::parallelograms_3d);
       take_predictions(&Integers::parallelograms_2d);
       take_predictions(&Integers::normals);

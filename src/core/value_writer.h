@@ -8,6 +8,31 @@
 
 namespace psplit::core {
 
+// The origin of the grid, from its bytes in the stream. Written values may not change it as far as a compiler
+// sees, so that it stays in registers. kComponents is 0 if their number is known only at run time.
+template <uint32_t kComponents>
+class GridOrigin {
+ public:
+  PSPLIT_HD explicit GridOrigin(const uint8_t* bytes) { __builtin_memcpy(at_, bytes, sizeof at_); }
+  PSPLIT_HD float operator[](uint32_t k) const { return at_[k]; }
+
+ private:
+  float at_[kComponents];
+};
+template <>
+class GridOrigin<0> {
+ public:
+  PSPLIT_HD explicit GridOrigin(const uint8_t* bytes) : bytes_(bytes) {}
+  PSPLIT_HD float operator[](uint32_t k) const {
+    float at;
+    __builtin_memcpy(&at, bytes_ + 4 * k, sizeof at);
+    return at;
+  }
+
+ private:
+  const uint8_t* bytes_;
+};
+
 template <typename Index>
 class ValueWriter {
  public:
@@ -45,6 +70,9 @@ class ValueWriter {
           default: return each(dequantizer<kAligned, 0>());
         }
       case Coding::kNormal:
+#if defined(PSPLIT_HAS_VECTORS)
+        if constexpr (L::size() == 1 && !PSPLIT_IS_SMALL_CODE) return write_normals(count, value_of, place_of);
+#endif
         return each([&](uint32_t value, uint8_t* out) { write_normal<kAligned>(value, out); });
     }
   }
@@ -70,16 +98,14 @@ class ValueWriter {
     };
   }
 
-  // kComponents is 0 if their number is known only at run time.
   template <bool kAligned, uint32_t kComponents>
   PSPLIT_HD auto dequantizer() const {
-    return [this](uint32_t value, uint8_t* out) {
-      const uint32_t components = kComponents != 0 ? kComponents : attribute_.components;
-      const int32_t* in = &attribute_.values[size_t{value} * value_stride(components)];
+    return [components = kComponents != 0 ? kComponents : attribute_.components, step = step_,
+            origin = GridOrigin<kComponents>(attribute_.origin),
+            values = attribute_.values](uint32_t value, uint8_t* out) {
+      const int32_t* in = &values[size_t{value} * value_stride(components)];
       for (uint32_t k = 0; k < components; ++k) {
-        float origin;
-        __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
-        const float dequantized = static_cast<float>(in[k]) * step_ + origin;
+        const float dequantized = static_cast<float>(in[k]) * step + origin[k];
         store<kAligned>(out + 4 * k, dequantized);
       }
     };
@@ -92,6 +118,28 @@ class ValueWriter {
     grid_.unit_vector({in[0], in[1]}, vector);
     store<kAligned>(out, vector);
   }
+
+#if defined(PSPLIT_HAS_VECTORS)
+  // Several at once, and the rest as often as it takes.
+  template <typename ValueOf, typename PlaceOf>
+  void write_normals(uint32_t count, ValueOf value_of, PlaceOf place_of) const {
+    constexpr uint32_t kAtOnce = OctahedralGrid::kAtOnce;
+    const View<int32_t> values = attribute_.values;
+    const OctahedralGrid grid = grid_;
+    for (uint32_t first = 0; first < count; first += kAtOnce) {
+      Vec2 at[kAtOnce];
+      float vectors[kAtOnce][3];
+      const uint32_t some = count - first < kAtOnce ? count - first : kAtOnce;
+      for (uint32_t k = 0; k < some; ++k) {
+        const int32_t* in = &values[size_t{value_of(first + k)} * 2];
+        at[k] = {in[0], in[1]};
+      }
+      grid.unit_vectors(at, vectors);
+      for (uint32_t k = 0; k < some; ++k)
+        if (uint8_t* place = place_of(first + k); place != nullptr) store<false>(place, vectors[k]);
+    }
+  }
+#endif
 
   const Attribute<Index>& attribute_;
   DataType type_;

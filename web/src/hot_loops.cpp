@@ -26,12 +26,11 @@ template void step_all<kInStep, BitSteps>(BitSteps* const*, uint32_t);
 template void step_all<kInStep, ContextSymbolSteps>(ContextSymbolSteps* const*, uint32_t);
 template void step_all<1, CondensedSeamSteps>(CondensedSeamSteps* const*, uint32_t);
 template uint32_t list_inner_edges(const CornerTable<Index>&, View<Index>);
-template Fault cut_seams(const Connectivity<Index>&, View<Index>, View<uint8_t>, Arena&, AttributeTable<Index>&,
-                         View<bool>);
+template Fault cut_seams(const Connectivity<Index>&, View<Index>, View<const uint8_t>, Arena&,
+                         AttributeTable<Index>&, View<bool>);
 template void number_attribute_vertices(const Connectivity<Index>&, View<const bool>, View<Index>,
                                         AttributeTable<Index>&);
-template uint32_t split_into_points(const Connectivity<Index>&, View<AttributeTable<Index>>, View<const bool>,
-                                    View<Index>, View<Index>);
+template class PointNumbers<Index>;
 template size_t link_border(SerialLanes, const Patch<Index>&, View<Index>);
 
 // Orders of values, and their corrections
@@ -55,7 +54,7 @@ template void CreatedValues<Index>::find_predictors(SerialLanes, const Attribute
 template Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 3>,
                                                           const View<uint8_t> (&)[kMaxParallelograms], Arena&);
 template Fault predict_from_positions(const PredictedValues<Index, 2>&, const Positions<Index>&,
-                                      PredictionData&);
+                                      PredictionData&, Arena&);
 template void Patch<Index>::write_values(SerialLanes, const Attribute<Index>&, DataType,
                                          web::ValuePlaces) const;
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstring>
 #include <set>
 
 namespace psplit::core {
@@ -95,6 +96,28 @@ TEST(Octahedral, CanonicalizedCorrectionsTurnWithThePredictedValue) {
     EXPECT_EQ((Place{at.s, at.t}), (Place{to[i].s + kCenter, to[i].t + kCenter})) << i;
   }
 }
+
+#if defined(PSPLIT_HAS_VECTORS)
+// Every place of some grids, on the grid and beyond it, where broken streams may lead.
+TEST(Octahedral, FourUnitVectorsAtOnceHaveTheBitsOfEach) {
+  for (const int bits : {2, 3, 7, 10}) {
+    const OctahedralGrid grid(bits);
+    const int32_t size = 1 << bits;
+    for (int32_t s = -2; s < size + 2; ++s)
+      for (int32_t t = -2; t < size + 2; t += 4) {
+        const Vec2 at[] = {{s, t}, {s, t + 1}, {s, t + 2}, {s, t + 3}};
+        float vectors[4][3];
+        grid.unit_vectors(at, vectors);
+        for (int k = 0; k < 4; ++k) {
+          std::array<float, 3> expected;
+          grid.unit_vector(at[k], expected.data());
+          ASSERT_EQ(std::memcmp(vectors[k], expected.data(), sizeof expected), 0)
+              << bits << " " << s << " " << t;
+        }
+      }
+  }
+}
+#endif
 
 }  // namespace
 }  // namespace psplit::core

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <random>
+#include <tuple>
 
 #include "tests/src/core/rans_encoder.h"
 #include "tests/src/core/small_mesh.h"
@@ -185,7 +187,7 @@ TEST(Prediction, NormalsFollowFromTheFacesAroundAVertex) {
   const Bytes flips = encode_bits({false, true, false, false}, 128);
   ByteReader reader(flips.data(), flips.size());
   ASSERT_EQ(data.flips.start(reader), Fault::kNone);
-  predict_from_geometry(SerialLanes(), mesh.values<2>(Values(8, 0)), positions_of(mesh), data);
+  predict_from_geometry(SerialLanes(), mesh.values<2>(Values(8, 0)), positions_of(mesh), {}, data);
   const Vec2 up = data.grid.project({0, 0, 1}, false), down = data.grid.project({0, 0, 1}, true);
   for (uint32_t v = 0; v < 4; ++v) {
     const Vec2 expected = v == 1 ? down : up;
@@ -214,12 +216,35 @@ TEST(Prediction, PositionsOfAnySizeGiveNormalsOnTheGrid) {
   PredictionData data;
   data.transform = Transform::kOctahedron;
   data.grid = OctahedralGrid(10);
-  predict_from_geometry(SerialLanes(), mesh.values<2>(Values(8, 0)), positions_of(mesh, {positions, 16}), data);
+  const auto values = mesh.values<2>(Values(8, 0));
+  const Positions<uint16_t> from = positions_of(mesh, {positions, 16});
+  predict_from_geometry(SerialLanes(), values, from, {}, data);
   for (uint32_t v = 0; v < 4; ++v)
     for (const int32_t place : mesh.value(v, 2)) {
       EXPECT_GE(place, 0) << v;
       EXPECT_LE(place, 1022) << v;
     }
+}
+
+// The sums of all vertices at once are those around each vertex, also if they wrap around.
+TEST(Prediction, NormalsOfAllVerticesAreThoseOfEach) {
+  std::mt19937 random(1);
+  for (const uint32_t bits : {10u, 31u}) {
+    SmallMesh mesh(kSquare);
+    int32_t positions[16];
+    for (int32_t& position : positions) position = static_cast<int32_t>(random() >> (32 - bits));
+    const auto values = mesh.values<2>(Values(8, 0));
+    const Positions<uint16_t> from = positions_of(mesh, {positions, 16});
+    std::vector<uint8_t> memory(normal_sum_bytes(4));
+    Arena arena(memory.data(), memory.size()), none;
+    EXPECT_TRUE(sum_normals(values.table, from, 4, none).empty());
+    const View<Vec3> sums = sum_normals(values.table, from, 4, arena);
+    ASSERT_EQ(sums.size(), 4u);
+    for (uint32_t v = 0; v < 4; ++v) {
+      const Vec3 expected = normal_at(values.table, from, values.sequence.corner[v]);
+      EXPECT_EQ(std::tie(sums[v].x, sums[v].y, sums[v].z), std::tie(expected.x, expected.y, expected.z));
+    }
+  }
 }
 
 TEST(Prediction, PositionsOfAnySizeGiveTextureCoordinatesInTheRange) {
