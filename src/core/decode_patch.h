@@ -255,13 +255,14 @@ template <uint32_t kCount, typename Index, StreamKinds kKinds, typename GoOn>
 PSPLIT_HD void finish_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount],
                               GoOn go_on) {
   for (;;) {
-    // Similar streams are at the same stop; the others wait for their turn.
+    // Those at the earliest stop go on. The others wait until these have come as far.
     PatchDecoder<Index, kKinds>* at[kCount];
     Fault* fault_of[kCount];
     uint32_t count = 0;
     for (uint32_t n = 0; n < kCount; ++n) {
       if (faults[n] != Fault::kNone || decoders[n]->stop() == Stop::kDone) continue;
-      if (count > 0 && decoders[n]->stop() != at[0]->stop()) continue;
+      if (count > 0 && decoders[n]->stop() > at[0]->stop()) continue;
+      if (count > 0 && decoders[n]->stop() < at[0]->stop()) count = 0;
       at[count] = decoders[n];
       fault_of[count++] = &faults[n];
     }

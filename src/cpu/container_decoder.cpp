@@ -126,13 +126,15 @@ void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
 
 // Patches [first, first + kInStep).
 void ContainerDecoder::decode_patches(uint32_t first, Scratch& scratch) {
-  const auto left = decode_in_step(container_, borders_, first, requests_, scratch,
-                                   [&](uint32_t n, const auto& patch, core::Arena& arena) {
-                                     auto status = write_patch(first + n, patch, arena, scratch.numbers);
-                                     if (!status) return false;
-                                     patches_[first + n].status = std::move(*status).at({.patch = first + n});
-                                     return true;
-                                   });
+  std::array<StreamTask, kInStep> tasks;
+  for (uint32_t n = 0; n < kInStep; ++n) tasks[n] = {&container_, first + n, requests_};
+  const auto left =
+      decode_in_step<kInStep>(tasks, borders_, scratch, [&](uint32_t n, const auto& patch, core::Arena& arena) {
+        auto status = write_patch(first + n, patch, arena, scratch.numbers);
+        if (!status) return false;
+        patches_[first + n].status = std::move(*status).at({.patch = first + n});
+        return true;
+      });
   for (uint32_t n = 0; n < kInStep; ++n)
     if (left[n]) decode_patch(first + n, scratch);
 }

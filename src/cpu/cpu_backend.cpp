@@ -28,51 +28,112 @@ Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRe
   return {};
 }
 
-// Calls buffers_for(point_count, face_count) for the memory when the stream's counts are known.
-template <typename BuffersForCounts>
-Status decode_stream(const DecodeTask& task, BuffersForCounts buffers_for) {
-  const PatchContainer& container = *task.container;
-  const ScratchPool::Lease lease(scratch_pool());
-  return with_decoded(container, BorderValues(), 0, task.requests, *lease,
-                      [&]<typename Index>(const core::Patch<Index>& patch, core::Arena&) -> Status {
-                        std::vector<const core::Attribute<Index>*> attributes;
-                        Status found = find_attributes(patch, task.requests, attributes);
-                        if (!found.ok()) return found;
-                        const uint32_t face_count = container.face_count();
-                        const Expected<PrimitiveBuffers> out = buffers_for(patch.point_count, face_count);
-                        if (!out) return out.status();
-                        return write_stream<Index>(patch, task.requests, attributes, face_count, *out);
-                      });
-}
+// The tasks of a call, and what becomes of them.
+class Tasks {
+ public:
+  Tasks(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
+        const Watch& watch)
+      : tasks_(tasks),
+        buffers_for_(buffers_for),
+        pool_(pool),
+        steps_(watch, step_count(tasks)),
+        statuses_(tasks.size()) {}
+
+  // The largest first, so that no thread begins a large one when all others are done. A thread takes several
+  // short streams at a time, and decodes them in step, unless other threads would have nothing to do.
+  std::vector<Status> decode() {
+    std::vector<size_t> order(tasks_.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      return tasks_[a].container->bytes.size() > tasks_[b].container->bytes.size();
+    });
+    std::vector<std::span<const size_t>> groups;
+    for (std::span<const size_t> left = order; !left.empty();) {
+      const size_t fair = left.size() / static_cast<size_t>(pool_.thread_count());
+      size_t count = 1;
+      if (is_short_stream(left[0]))
+        while (count < std::min<size_t>(kInStep, fair) && is_short_stream(left[count])) ++count;
+      groups.push_back(left.first(count));
+      left = left.subspan(count);
+    }
+    pool_.for_each(groups.size(), [&](size_t group) { decode(groups[group]); });
+    return std::move(statuses_);
+  }
+
+ private:
+  static size_t step_count(std::span<const DecodeTask> tasks) {
+    size_t patches = 0;
+    for (const DecodeTask& task : tasks) patches += task.container->entries.size();
+    return patches;
+  }
+  bool is_short_stream(size_t task) const {
+    const PatchContainer& container = *tasks_[task].container;
+    return container.is_stock && container.refusal.ok() && container.headers[0].fits_16_bits();
+  }
+
+  void decode(std::span<const size_t> group) {
+    const PatchContainer& container = *tasks_[group[0]].container;
+    if (steps_.stopped()) {
+      for (const size_t task : group) statuses_[task] = cancelled();
+    } else if (!container.is_stock) {
+      statuses_[group[0]] = decode_patches(group[0]);
+    } else if (!container.refusal.ok()) {
+      statuses_[group[0]] = container.refusal;
+      steps_.finish(1);
+    } else {
+      switch (group.size()) {
+        case 3: decode_in_step(group.first<3>()); break;
+        case 2: decode_in_step(group.first<2>()); break;
+        default: decode_stream(group[0], *ScratchPool::Lease(scratch_pool()));
+      }
+      steps_.finish(group.size());
+    }
+  }
+
+  Status decode_patches(size_t task) {
+    const PatchContainer& container = *tasks_[task].container;
+    const Expected<PrimitiveBuffers> out = buffers_for_(task, container.point_count(), container.face_count());
+    if (out) return ContainerDecoder(tasks_[task], *out, pool_, steps_).decode();
+    steps_.finish(container.entries.size());
+    return out.status();
+  }
+  void decode_stream(size_t task, Scratch& scratch) {
+    statuses_[task] = with_decoded(*tasks_[task].container, BorderValues(), 0, tasks_[task].requests, scratch,
+                                   [&](const auto& patch, core::Arena&) { return write(task, patch); });
+  }
+  template <size_t kCount>
+  void decode_in_step(std::span<const size_t, kCount> group) {
+    const ScratchPool::Lease lease(scratch_pool());
+    std::array<StreamTask, kCount> streams;
+    for (size_t n = 0; n < kCount; ++n) streams[n] = {tasks_[group[n]].container, 0, tasks_[group[n]].requests};
+    const auto left = psplit::decode_in_step<kCount>(streams, BorderValues(), *lease,
+                                                     [&](uint32_t n, const auto& patch, core::Arena&) {
+                                                       statuses_[group[n]] = write(group[n], patch);
+                                                       return true;
+                                                     });
+    for (size_t n = 0; n < kCount; ++n)
+      if (left[n]) decode_stream(group[n], *lease);
+  }
+  template <typename Index>
+  Status write(size_t task, const core::Patch<Index>& patch) const {
+    const auto& [container, requests] = tasks_[task];
+    std::vector<const core::Attribute<Index>*> attributes;
+    if (Status found = find_attributes(patch, requests, attributes); !found.ok()) return found;
+    const Expected<PrimitiveBuffers> out = buffers_for_(task, patch.point_count, container->face_count());
+    if (!out) return out.status();
+    return write_stream<Index>(patch, requests, attributes, container->face_count(), *out);
+  }
+
+  const std::span<const DecodeTask> tasks_;
+  const BuffersFor& buffers_for_;
+  const ThreadPool& pool_;
+  Steps steps_;
+  std::vector<Status> statuses_;
+};
 
 std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                 const ThreadPool& pool, const Watch& watch) {
-  size_t patch_count = 0;
-  for (const DecodeTask& task : tasks) patch_count += task.container->entries.size();
-  Steps steps(watch, patch_count);
-  const auto decode = [&](size_t i) -> Status {
-    if (steps.stopped()) return cancelled();
-    const PatchContainer& container = *tasks[i].container;
-    if (container.is_stock) {
-      const auto buffers = [&](uint32_t points, uint32_t faces) { return buffers_for(i, points, faces); };
-      Status status = container.refusal.ok() ? decode_stream(tasks[i], buffers) : container.refusal;
-      steps.finish(1);
-      return status;
-    }
-    const Expected<PrimitiveBuffers> out = buffers_for(i, container.point_count(), container.face_count());
-    if (out) return ContainerDecoder(tasks[i], *out, pool, steps).decode();
-    steps.finish(container.entries.size());
-    return out.status();
-  };
-  // The largest first, so that no thread begins a large one when all others are done.
-  std::vector<size_t> order(tasks.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return tasks[a].container->bytes.size() > tasks[b].container->bytes.size();
-  });
-  std::vector<Status> statuses(tasks.size());
-  pool.for_each(tasks.size(), [&](size_t place) { statuses[order[place]] = decode(order[place]); });
-  return statuses;
+  return Tasks(tasks, buffers_for, pool, watch).decode();
 }
 
 // Decodes a stream whose attributes are not known, and calls use(header, patch).

@@ -25,9 +25,9 @@ size_t likely_size(const PatchContainer& container, uint32_t patch,
   core::ValueCounts values{container.likely_point_count(patch), static_cast<uint32_t>(requests.size()), 0};
   for (const AttributeRequest& request : requests) values.components += request.component_count;
   const size_t stream_bytes = container.streams[patch].size();
-  return static_cast<size_t>(
-      std::min<uint64_t>(core::workspace_bytes<Index>(container.headers[patch], stream_bytes, values),
-                         core::justified_bytes(stream_bytes)));
+  const uint64_t bytes = core::workspace_bytes<Index>(container.headers[patch], stream_bytes, values) +
+                         core::normal_sum_bytes(values.points);
+  return static_cast<size_t>(std::min(bytes, core::justified_bytes(stream_bytes)));
 }
 
 // The header of a patch, in the memory of its stream, with the values at its border.
@@ -64,29 +64,37 @@ Status with_decoded(const PatchContainer& container, const BorderValues& borders
   return header.fits_16_bits() ? decode(scratch.streams[0].patch) : decode(scratch.wide);
 }
 
-// Decodes kInStep patches in step, from the first on, and calls use(n, patch, arena) for each. Returns which of
-// them are left for with_decoded: those that did not decode, those for which `use` is false because it wants
-// more memory, and all if one of them is too large for 16-bit numbers.
-template <typename Use>
-std::array<bool, kInStep> decode_in_step(const PatchContainer& container, const BorderValues& borders,
-                                         uint32_t first, std::span<const AttributeRequest> requests,
-                                         Scratch& scratch, Use use) {
-  std::array<bool, kInStep> left;
+// A stream to decode, of any container.
+struct StreamTask {
+  const PatchContainer* container;
+  uint32_t patch;
+  std::span<const AttributeRequest> requests;
+};
+
+// Decodes kCount streams in step, and calls use(n, patch, arena) for each. The containers share `borders`, or
+// have none. Returns which of them are left for with_decoded: those that did not decode, those for which `use`
+// is false because it wants more memory, and all if one of them is too large for 16-bit numbers.
+template <uint32_t kCount, typename Use>
+std::array<bool, kCount> decode_in_step(std::span<const StreamTask, kCount> tasks, const BorderValues& borders,
+                                        Scratch& scratch, Use use) {
+  static_assert(kCount <= kInStep);
+  std::array<bool, kCount> left;
   left.fill(true);
-  for (uint32_t n = 0; n < kInStep; ++n)
-    if (!container.headers[first + n].fits_16_bits()) return left;
-  core::Arena arenas[kInStep];
-  core::PatchDecoder<NarrowIndex>* decoders[kInStep];
-  core::Fault faults[kInStep];
-  for (uint32_t n = 0; n < kInStep; ++n) {
+  for (const StreamTask& task : tasks)
+    if (!task.container->headers[task.patch].fits_16_bits()) return left;
+  core::Arena arenas[kCount];
+  core::PatchDecoder<NarrowIndex>* decoders[kCount];
+  core::Fault faults[kCount];
+  for (uint32_t n = 0; n < kCount; ++n) {
+    const auto& [container, patch, requests] = tasks[n];
     StreamMemory<NarrowIndex>& memory = scratch.streams[n];
-    arenas[n] = memory.arena(likely_size<NarrowIndex>(container, first + n, requests));
+    arenas[n] = memory.arena(likely_size<NarrowIndex>(*container, patch, requests));
     memory.patch = {};
-    const core::StreamHeader& header = complete_header(container, borders, first + n, memory);
+    const core::StreamHeader& header = complete_header(*container, borders, patch, memory);
     decoders[n] = &memory.decoder.emplace(header, arenas[n], memory.patch);
   }
   core::decode_in_step(decoders, faults);
-  for (uint32_t n = 0; n < kInStep; ++n)
+  for (uint32_t n = 0; n < kCount; ++n)
     left[n] = faults[n] != core::Fault::kNone || !use(n, scratch.streams[n].patch, arenas[n]);
   return left;
 }
