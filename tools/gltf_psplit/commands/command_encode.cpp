@@ -6,7 +6,7 @@
 #include <new>
 
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/encode_mesh_file.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -109,14 +109,17 @@ Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& 
 // A PLY, an STL or an OBJ in bounded memory.
 Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format,
                                     const EncodeCommandArguments& arguments, const Session& session,
-                                    ProgressBar& bar) {
-  Expected<OutOfCoreResult> result =
-      encode_out_of_core(scanner, format, arguments.input, arguments.encode.options,
-                         limits_of(arguments, session), session.pool, bar.callback("face", "encoding"));
-  if (!result) return result.status();
-  for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
-  const AssetBytes input_bytes = bytes_on_disk(result->document);
-  return Encoded{std::move(result->document), {std::move(result->report)}, input_bytes};
+                                    std::unique_ptr<ProgressBar> bar) {
+  const OutOfCoreOptions limits = limits_of(arguments, session);
+  const auto check = [&](const ExpectedSizes& sizes, bool is_certain) {
+    return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
+  };
+  Expected<Asset> asset =
+      read_spool(scanner, format, arguments.input, spool_options(arguments.encode.options, limits), check);
+  if (!asset) return asset.status();
+  bar.reset();  // encode_asset has a bar of its own
+  for (const std::string& warning : asset->warnings) session.log.warning(arguments.input + ": " + warning);
+  return encode_asset(std::move(asset->document), arguments, session);
 }
 
 Status too_large(uint64_t estimate) {
@@ -134,7 +137,7 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const EncodeComman
   // A binary STL is known by its size alone.
   const bool is_obj = format == AssetFormat::kObj;
   if (format && can_be_spooled(*format) && !is_obj)
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
+    return encode_large_file(*scanner, *format, arguments, session, std::move(bar));
   const bool is_gltf = format == AssetFormat::kGltf;
   if (!is_gltf && spooled.file.path().empty())
     return unsupported("this system cannot estimate the memory of a pipe of this format");
@@ -142,7 +145,7 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const EncodeComman
                                     : kProcessMemory + estimate_memory(spooled.file.path().string(),
                                                                        BatchVerb::kEncode, arguments.input);
   if (estimate > arguments.memory && is_obj)
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
+    return encode_large_file(*scanner, *format, arguments, session, std::move(bar));
   if (estimate > arguments.memory) return too_large(estimate);
   bar.reset();  // all else has a bar of its own
   Expected<Asset> asset = read_asset(spooled.bytes, arguments.input, find_describer("auto"));
@@ -162,7 +165,7 @@ Expected<Encoded> encode_stream(const EncodeCommandArguments& arguments, const S
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
   if (format && can_be_spooled(*format) && (is_file || format != AssetFormat::kObj))
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
+    return encode_large_file(*scanner, *format, arguments, session, std::move(bar));
   if (is_file && format != AssetFormat::kGltf)
     return too_large(kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode));
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits_of(arguments, session).temporary);
