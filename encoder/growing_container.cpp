@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "src/container/claims.h"
+#include "src/core/in_step.h"
 
 namespace psplit {
 namespace {
@@ -172,10 +173,19 @@ Expected<Mesh> GrowingContainer::decode_last(std::span<const AttributeRequest> r
                     requests, opened->bytes.size(), mesh);
   if (!out) return out.status();
   const Watch watch;
-  Steps steps(watch, last_.end - last_.first);
+  // In step even if that leaves threads without work: each thread takes memory for its streams.
+  const uint32_t count = last_.end - last_.first, groups = count / core::kInStep;
+  Steps steps(watch, count);
   ContainerDecoder decoder({&window, requests}, last_, *out, pool, steps);
-  decoder.decode_first_round(last_);
-  if (Status status = decoder.first_failure(last_); !status.ok()) return status;
+  pool.for_each(groups + count % core::kInStep, [&](size_t task) {
+    const auto i = static_cast<uint32_t>(task);
+    if (i < groups)
+      decoder.decode_streams(last_.first + i * core::kInStep, core::kInStep);
+    else
+      decoder.decode_streams(last_.first + groups * (core::kInStep - 1) + i, 1);
+  });
+  for (uint32_t i = last_.first; i < last_.end; ++i)
+    if (Status status = decoder.stitched(i).status; !status.ok()) return status;
   if (Status status = load_walks(window, decoder); !status.ok()) return status;
   for (uint32_t i = last_.first; i < last_.end; ++i) {
     if (Status status = decoder.resolve_references(i).at({.patch = i}); !status.ok()) return status;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "encoder/spill.h"
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/status.h"
 
@@ -34,6 +35,8 @@ class AppendFile : public Spill {
   // Replaces bytes that were flushed.
   Status rewrite(uint64_t offset, std::span<const uint8_t> bytes) { return file_.write(offset, bytes); }
   const UnnamedFile& file() const { return file_; }
+  // All bytes. The space is theirs: nothing else is called after that. Errors: those of the file.
+  Expected<MappedFile> map();
   void close() { *this = AppendFile(); }
 
  private:

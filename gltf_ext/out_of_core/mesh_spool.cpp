@@ -28,10 +28,8 @@ Document document_of_layout(MeshFile file, const std::string& name, std::vector<
 
 // The bytes of the file become a buffer, whose values the accessor describes.
 Status place(Document& document, AppendFile& file, Json& accessor, const ValuesView& values, int target) {
-  if (Status status = file.flush(); !status.ok()) return status;
-  Expected<MappedFile> mapped = MappedFile::open(file.file());
+  Expected<MappedFile> mapped = file.map();
   if (!mapped) return mapped.status();
-  file.close();
   accessor.erase("bufferView");
   accessor["componentType"] = static_cast<int>(values.component_type);
   accessor["count"] = values.count;
@@ -263,12 +261,10 @@ Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
   }
   SpooledPoints spooled{.are_repeated = is_soup_, .numbers = {}};
   if (columns_.back().attribute.semantic == kPointNumber) {
-    AppendFile numbers = std::move(columns_.back().file);
-    columns_.pop_back();
-    if (Status status = numbers.flush(); !status.ok()) return status;
-    Expected<MappedFile> mapped = MappedFile::open(numbers.file());
+    Expected<MappedFile> mapped = columns_.back().file.map();
     if (!mapped) return mapped.status();
     spooled.numbers = std::move(*mapped);
+    columns_.pop_back();
   }
   std::vector<Attribute> layout;
   for (const Column& column : columns_) layout.push_back(column.attribute);

@@ -76,9 +76,9 @@ class ContainerDecoder {
 
   // The steps of it. The shared values come first.
   Status decode_borders();
-  // The first round, and the first error of stitched(i).
-  void decode_first_round(StreamRange window);
-  Status first_failure(StreamRange window) const;
+  // The first round for streams of the range: `count` is 1, or kInStep for as many in step. Their statuses are
+  // those of stitched(i).
+  void decode_streams(uint32_t first, uint32_t count);
   // The second round, in two steps. All streams to which stream `i` refers are decoded, or stitched(i) has what
   // another decoder made of them. They never come after `i`.
   Status resolve_references(uint32_t i);
@@ -88,9 +88,9 @@ class ContainerDecoder {
 
  private:
   StreamRange window_from(uint32_t first, uint64_t most_faces) const;
+  void decode_first_round(StreamRange window);
   void decode_second_round(StreamRange window);
-  // `count` is 1, or kInStep for as many in step.
-  void decode_streams(uint32_t first, uint32_t count);
+  Status first_failure(StreamRange window) const;
   void decode_patch(uint32_t i, Scratch& scratch);
   void decode_patches(uint32_t first, Scratch& scratch);
   // std::nullopt if it needs more memory than the arena has left.
