@@ -173,6 +173,7 @@ Expected<Mesh> GrowingContainer::decode_last(std::span<const AttributeRequest> r
                     requests, opened->bytes.size(), mesh);
   if (!out) return out.status();
   const Watch watch;
+  // In step even if that leaves threads without work: each thread takes memory for its streams.
   const uint32_t count = last_.end - last_.first, groups = count / core::kInStep;
   Steps steps(watch, count);
   ContainerDecoder decoder({&window, requests}, last_, *out, pool, steps);

@@ -28,9 +28,13 @@ ElementBag::Located ElementBag::locate(uint32_t element) const {
   const auto part = static_cast<size_t>(behind - first_.begin()) - 1;
   const uint32_t number = element - first_[part];
   const ValuesView& indices = parts_[part].indices;
+  Located located{part, number};
+  if (indices.bytes.empty()) {
+    located.points = {3 * number, 3 * number + 1, 3 * number + 2};
+    return located;
+  }
   const std::byte* const first = indices.at(size_t{3} * number);
   const size_t step = indices.step();
-  Located located{part, number};
   const auto read = [&](auto index) {
     for (size_t corner = 0; corner < 3; ++corner) {
       std::memcpy(&index, first + corner * step, sizeof index);

@@ -1,6 +1,8 @@
 #include "gltf_ext/convert/encode_document.h"
 
+#include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "gltf_ext/convert/condense_patches.h"
 #include "gltf_ext/convert/drop_attributes.h"
@@ -236,19 +238,36 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   return {};
 }
 
+// What the report says of a mesh file, as if its mesh had been in memory.
+void report_spooled(const SpooledPoints& points, const EncodeJob& job, PrimitiveReport& report) {
+  if (points.are_repeated) report.points -= std::exchange(report.statistics.merged_points, 0);
+  report.input_bytes = report.faces * 3 * component_bytes(index_type(static_cast<uint32_t>(report.points)));
+  for (const Attribute& attribute : job.mesh.attributes)
+    report.input_bytes += report.points * attribute.stride();
+}
+
 }  // namespace
 
-Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& wanted,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress,
                                                        const OutOfCoreOptions& limits) {
   if (Status status = document.check(); !status.ok()) return status;
+  const bool repeats_points = document.spooled && document.spooled->are_repeated;
+  EncodeDocumentOptions options = wanted;
+  options.keep_duplicates = wanted.keep_duplicates && !repeats_points;
   // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
   if (options.compat == Compat::kNone)
     if (Status status = check_patches(document, backend, pool); !status.ok()) return status;
   const Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
   if (!dropped) return dropped.status();
-  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, limits, progress);
+  // The temporary files of a mesh file have one primitive. Their space goes as soon as it can.
+  const auto forget = [&document] {
+    if (!document.spooled) return;
+    std::ranges::fill(document.buffers, Buffer());
+    document.spooled->numbers = Buffer();
+  };
+  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, limits, progress, forget);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
@@ -258,7 +277,10 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   encode_jobs(document, jobs, pool, progress);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
   for (EncodeJob& job : jobs)
-    for (const PrimitiveId id : job.group.ids) job.report(reports[id]);
+    for (const PrimitiveId id : job.group.ids) {
+      job.report(reports[id]);
+      if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
+    }
   Expected<CondensedPatches> condensed = CondensedPatches();
   if (options.condense && options.compat == Compat::kNone)
     condensed = condense_patches(document, options, pool, reports);

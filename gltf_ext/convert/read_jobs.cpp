@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -10,7 +11,7 @@
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/welding/reduce.h"
-#include "gltf_ext/convert/encode_spool.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
@@ -214,6 +215,11 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
     if (attribute.component_type == ComponentType::kUint32)
       skipped = attribute.semantic + " holds 32-bit integers";
   }
+  if (document.spooled && !document.spooled->numbers.empty()) {
+    const std::span<const std::byte> numbers = std::as_bytes(document.spooled->numbers.bytes());
+    job.unrounded.push_back(
+        {"", ComponentType::kUint32, 3, false, Array<std::byte>(numbers.begin(), numbers.end())});
+  }
   auto morphs = read_morph_targets(document, id, job.mesh.point_count);
   if (!morphs && morphs.status().code() == StatusCode::kUnsupported) {
     skipped = morphs.status().message();
@@ -324,7 +330,8 @@ EncodeDocumentOptions with_share_of_patches(EncodeDocumentOptions options, uint6
 Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, const PrimitiveGroup& group,
                                                    const EncodeDocumentOptions& options,
                                                    const OutOfCoreOptions& limits, const ThreadPool& pool,
-                                                   const Progress& progress) {
+                                                   const Progress& progress,
+                                                   const std::function<void()>& forget) {
   const PrimitiveId id = group.ids.front();
   const PrimitiveRecord& primitive = document.records().primitive(id);
   const ExpectedSizes size = stated_size(document, id);
@@ -333,22 +340,21 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
     return unsupported("EXT_mesh_manifold does not fit into --memory");
   if (options.keep_unused && shares_points(document, group))
     return unsupported("--keep-unused: primitives that share their points do not fit into --memory");
-  Status status = check_temporary_space(size, limits.temporary, limits.note);
+  Status status = document.spooled ? check_space_of_parts(size, limits.temporary)
+                                   : check_temporary_space(size, limits.temporary, limits.note);
   if (!status.ok()) return status;
-  Losses losses;  // glTF values stay as they are
-  SpoolOptions spool_options;
-  spool_options.folder = limits.temporary;
-  spool_options.coding = options.coding();
-  spool_options.samples_edges = options.position_bits_by_edges;
-  spool_options.exact = metadata_attributes(document.json());
-  spool_options.keep_duplicates = options.keep_duplicates;
-  const Expected<MeshView> view = view_in_place(document, id);
+  Expected<MeshView> view = view_in_place(document, id);
   if (!view) return view.status();
-  const Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::view(
-      *view, std::move(spool_options), losses, "accessor " + std::to_string(primitive.accessor_of("POSITION")));
-  if (!spool) return spool.status();
-  if (!(*spool)->has_proper_face() && !options.keep_degenerate) return std::optional<EncodeJob>();
-  Expected<EncodeJob> job = encode_spool(**spool, options, limits, losses, pool, progress);
+  std::span<const uint8_t> numbers;
+  if (document.spooled) numbers = document.spooled->numbers;
+  const Expected<LargeMesh> mesh =
+      LargeMesh::open(std::move(*view), numbers,
+                      {options.coding(), metadata_attributes(document.json()), options.position_bits_by_edges,
+                       options.keep_duplicates, forget},
+                      "accessor " + std::to_string(primitive.accessor_of("POSITION")));
+  if (!mesh) return mesh.status();
+  if (!mesh->has_proper_face() && !options.keep_degenerate) return std::optional<EncodeJob>();
+  Expected<EncodeJob> job = encode_large_mesh(*mesh, options, limits, pool, progress);
   if (!job) return job.status();
   return std::optional(std::move(*job));
 }
@@ -390,7 +396,8 @@ std::set<std::string> metadata_attributes(const Json& json) {
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool,
-                               const OutOfCoreOptions& limits, const Progress& progress) {
+                               const OutOfCoreOptions& limits, const Progress& progress,
+                               const std::function<void()>& forget) {
   EncodeJobs result;
   const std::set<std::string> exact = metadata_attributes(document.json());
   SharedPoints shared_points;
@@ -415,7 +422,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
         with_share_of_patches(options, stated_size(document, id).faces, all_faces);
     Status status = check_grid(wanted, group, options.volume);
     Expected<std::optional<EncodeJob>> encoded = std::optional<EncodeJob>();
-    if (status.ok()) encoded = encode_in_parts(document, group, own, limits, pool, progress);
+    if (status.ok()) encoded = encode_in_parts(document, group, own, limits, pool, progress, forget);
     if (status.ok()) status = encoded.status();
     if (!status.ok()) return std::move(status).at(place_of(document, id));
     if (!*encoded) {

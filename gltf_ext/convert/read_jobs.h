@@ -1,6 +1,7 @@
 // The geometry of a document, read for the encoder.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -23,9 +24,11 @@ struct EncodeJobs {
 
 // Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded. With
 // limits.memory, the largest primitives are encoded part by part before, so that all others fit together.
-// `progress` counts the faces of these.
+// `progress` counts the faces of these. `forget` is called when the values of one of them are not read any
+// more.
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool,
-                               const OutOfCoreOptions& limits = {}, const Progress& progress = {});
+                               const OutOfCoreOptions& limits = {}, const Progress& progress = {},
+                               const std::function<void()>& forget = {});
 
 }  // namespace psplit

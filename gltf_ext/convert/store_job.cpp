@@ -7,8 +7,8 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/decode_to_file.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/out_of_core/file_blocks.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/patch_container.h"
 
@@ -17,16 +17,16 @@ namespace {
 
 // The bytes of a container as a buffer of their own. Returns the buffer view.
 Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const std::filesystem::path& folder) {
-  Expected<UnnamedFile> file = UnnamedFile::create(folder);
+  Expected<AppendFile> file = AppendFile::create(folder);
   if (!file) return file.status();
   constexpr uint64_t kWindow = uint64_t{4} << 20;
   std::vector<uint8_t> window;
   for (uint64_t at = 0; at < bytes.size(); at += window.size()) {
     window.resize(static_cast<size_t>(std::min(kWindow, bytes.size() - at)));
     if (Status status = bytes.read(at, window); !status.ok()) return status;
-    if (Status status = file->write(at, window); !status.ok()) return status;
+    if (Status status = file->append(window); !status.ok()) return status;
   }
-  Expected<MappedFile> mapped = MappedFile::open(*file);
+  Expected<MappedFile> mapped = file->map();
   if (!mapped) return mapped.status();
   const size_t buffer = append_buffer(document, std::move(*mapped));
   Json& views = document.json()["bufferViews"];

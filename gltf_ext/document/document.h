@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,15 @@ class PSPLIT_EXPORT AssetTree {
   std::unique_ptr<State> state_;
 };
 
+// The points of a mesh file that was read into temporary files (gltf_ext/out_of_core/read_spool.h). These are
+// all buffers of its document.
+struct SpooledPoints {
+  // STL has each point once for each corner, and an OBJ gets some again: equal points are one point.
+  bool are_repeated = false;
+  // If not empty, 12 bytes for each point: points are equal only if these are.
+  Buffer numbers{};
+};
+
 // `buffers` has one entry for each of json()["buffers"], whether its bytes came from a GLB chunk, a data URI or
 // a file.
 struct Document : AssetTree {
@@ -60,6 +70,7 @@ struct Document : AssetTree {
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
   bool from_draco = false;  // a .drc file
+  std::optional<SpooledPoints> spooled{};
 };
 
 // Where an error of a primitive is; with the document, the file as well.

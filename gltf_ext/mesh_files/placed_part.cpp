@@ -14,8 +14,7 @@ const ValuesView* PlacedPart::find(std::string_view semantic) const {
 
 std::array<uint32_t, 3> PlacedPart::face(size_t number) const {
   std::array<uint32_t, 3> face{};
-  for (size_t i = 0; i < 3; ++i)  // little-endian, as glTF
-    std::memcpy(&face[i], view.indices.at(3 * number + i), view.indices.value_bytes());
+  for (size_t i = 0; i < 3; ++i) face[i] = view.index(3 * number + i);
   if (mirrored) std::swap(face[1], face[2]);
   return face;
 }

@@ -7,20 +7,20 @@ namespace psplit {
 
 Status CellAssignment::locate(std::span<const uint8_t> records, std::vector<Cell>& cells) const {
   constexpr size_t kGrain = 4096;
-  const size_t width = spool_->record_bytes();
+  const size_t width = mesh_->record_bytes();
   cells.resize(records.size() / width);
   pool_->for_ranges(cells.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)
-      cells[i] = static_cast<Cell>(tree_.cell_of(spool_->position_of(records.data() + i * width)));
+      cells[i] = static_cast<Cell>(tree_.cell_of(mesh_->position_of(records.data() + i * width)));
   });
   return {};
 }
 
 Status CellAssignment::for_each_point(const VisitPoints& visit) const {
   std::vector<Cell> cells;
-  return spool_->for_each_point([&](uint64_t first, std::span<const uint8_t> records) {
+  return mesh_->for_each_point([&](uint64_t first, std::span<const uint8_t> records) {
     if (!cell_of_point_.empty()) {
-      const size_t count = records.size() / spool_->record_bytes();
+      const size_t count = records.size() / mesh_->record_bytes();
       return visit(first, records, std::span(cell_of_point_).subspan(static_cast<size_t>(first), count));
     }
     if (Status status = locate(records, cells); !status.ok()) return status;
@@ -30,8 +30,8 @@ Status CellAssignment::for_each_point(const VisitPoints& visit) const {
 
 Status CellAssignment::for_each_face(const VisitFaces& visit) const {
   std::vector<std::array<Cell, 3>> cells;
-  if (!spool_->is_soup())
-    return spool_->for_each_face([&](std::span<const Face> faces) {
+  if (!mesh_->is_soup())
+    return mesh_->for_each_face([&](std::span<const Face> faces) {
       cells.resize(faces.size());
       for (size_t i = 0; i < faces.size(); ++i)
         for (size_t c = 0; c < 3; ++c) cells[i][c] = cell_of_point_[faces[i][c]];
@@ -53,12 +53,11 @@ Status CellAssignment::for_each_face(const VisitFaces& visit) const {
 Status CellAssignment::assign() {
   counts_.assign(tree_.cell_count(), {});
   Array<Cell> cell_of_point;
-  if (!spool_->is_soup()) cell_of_point.resize(static_cast<size_t>(spool_->point_count()));
+  if (!mesh_->is_soup()) cell_of_point.resize(static_cast<size_t>(mesh_->point_count()));
   cell_of_point_ = {};
   Status status = for_each_point([&](uint64_t first, std::span<const uint8_t>, std::span<const Cell> cells) {
     for (const Cell cell : cells) ++counts_[cell].points;
-    if (!spool_->is_soup())
-      std::ranges::copy(cells, cell_of_point.begin() + static_cast<std::ptrdiff_t>(first));
+    if (!mesh_->is_soup()) std::ranges::copy(cells, cell_of_point.begin() + static_cast<std::ptrdiff_t>(first));
     return Status();
   });
   cell_of_point_ = std::move(cell_of_point);
@@ -77,22 +76,22 @@ Status CellAssignment::assign() {
   });
 }
 
-Expected<CellAssignment> CellAssignment::make(const MeshSpool& spool, const PartCost& cost,
+Expected<CellAssignment> CellAssignment::make(const LargeMesh& mesh, const PartCost& cost,
                                               const ThreadPool& pool) {
-  CellAssignment result(spool, pool);
-  const PositionScan scan = [&](const auto& visit) { return spool.for_each_position(visit); };
+  CellAssignment result(mesh, pool);
+  const PositionScan scan = [&](const auto& visit) { return mesh.for_each_position(visit); };
   // A cell that costs too much gets fewer points. Its cost shrinks with them, except for faces that share no
   // points with their neighbours in space.
   constexpr int kMostRounds = 12;
   std::vector<uint64_t> most(1);
-  const uint64_t whole = cost.of(spool.face_count(), spool.point_count());
+  const uint64_t whole = cost.of(mesh.face_count(), mesh.point_count());
   const auto points_within = [&](uint64_t points, uint64_t cost_of_cell) {
     constexpr double kMargin = 0.9;
     if (cost_of_cell <= cost.most) return points;
     return static_cast<uint64_t>(static_cast<double>(points) * kMargin * static_cast<double>(cost.most) /
                                  static_cast<double>(cost_of_cell));
   };
-  most[0] = points_within(spool.point_count(), whole);
+  most[0] = points_within(mesh.point_count(), whole);
   for (int round = 0; round < kMostRounds; ++round) {
     if (Status status = result.tree_.divide(most, scan); !status.ok()) return status;
     if (Status status = result.assign(); !status.ok()) return status;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gltf_ext/out_of_core/cell_tree.h"
-#include "gltf_ext/out_of_core/mesh_spool.h"
+#include "gltf_ext/out_of_core/large_mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
 
@@ -25,9 +25,9 @@ struct PartCost {
 // of three.
 class CellAssignment {
  public:
-  // Divides space until each cell costs at most cost.most. `spool` must outlive the object. Takes two bytes for
+  // Divides space until each cell costs at most cost.most. `mesh` must outlive the object. Takes two bytes for
   // each point, except for a soup.
-  static Expected<CellAssignment> make(const MeshSpool& spool, const PartCost& cost, const ThreadPool& pool);
+  static Expected<CellAssignment> make(const LargeMesh& mesh, const PartCost& cost, const ThreadPool& pool);
 
   struct Counts {
     uint64_t points = 0, faces = 0;
@@ -52,12 +52,12 @@ class CellAssignment {
   }
 
  private:
-  CellAssignment(const MeshSpool& spool, const ThreadPool& pool)
-      : spool_(&spool), pool_(&pool), tree_(spool.box(), spool.point_count()) {}
+  CellAssignment(const LargeMesh& mesh, const ThreadPool& pool)
+      : mesh_(&mesh), pool_(&pool), tree_(mesh.box(), mesh.point_count()) {}
   Status locate(std::span<const uint8_t> records, std::vector<Cell>& cells) const;
   Status assign();
 
-  const MeshSpool* spool_;
+  const LargeMesh* mesh_;
   const ThreadPool* pool_;
   CellTree tree_;
   Array<Cell> cell_of_point_;  // empty for a soup

@@ -62,12 +62,12 @@ class RecentRequests {
 
 class CellParts::Builder {
  public:
-  Builder(MeshSpool& spool, const Options& options, const ThreadPool& pool, CellParts& result)
-      : spool_(spool), options_(options), pool_(pool), result_(result), width_(spool.record_bytes()) {}
+  Builder(const LargeMesh& mesh, const Options& options, const ThreadPool& pool, CellParts& result)
+      : mesh_(mesh), options_(options), pool_(pool), result_(result), width_(mesh.record_bytes()) {}
 
   Status build() {
     if (Status status = distribute(); !status.ok()) return status;
-    spool_.close_files();
+    mesh_.forget();
     for (uint32_t cell = 0; cell < counts_.size(); ++cell)
       if (Status status = own_points(cell); !status.ok()) return status;
     if (Status status = answers_->finish(); !status.ok()) return status;
@@ -92,7 +92,7 @@ class CellParts::Builder {
 
   // Points, faces and requests to the files of their cells.
   Status distribute() {
-    Expected<CellAssignment> assignment = CellAssignment::make(spool_, options_.cost, pool_);
+    Expected<CellAssignment> assignment = CellAssignment::make(mesh_, options_.cost, pool_);
     if (!assignment) return assignment.status();
     counts_ = assignment->counts();
     using Counts = CellAssignment::Counts;
@@ -119,7 +119,7 @@ class CellParts::Builder {
     Expected<AppendFile> numbers = AppendFile::create(options_.folder);
     if (!numbers) return numbers.status();
     numbers_ = std::move(*numbers);
-    result_.statistics_.faces = spool_.face_count();
+    result_.statistics_.faces = mesh_.face_count();
     return {};
   }
 
@@ -154,8 +154,7 @@ class CellParts::Builder {
         });
   }
 
-  // With the number of points that the input has, if it counts equal corners of a soup once.
-  Expected<CellPoints> read_points(uint32_t cell, uint64_t* input_points, uint64_t* changed_normals) {
+  Expected<CellPoints> read_points(uint32_t cell) {
     const auto count = static_cast<size_t>(points_->count(cell));
     const size_t stride = sizeof(uint32_t) + width_;
     CellPoints points;
@@ -173,34 +172,21 @@ class CellParts::Builder {
                     width_);
       }
     }
-    std::vector<uint32_t> own_numbers(options_.keep_duplicates ? count : 0);
-    std::iota(own_numbers.begin(), own_numbers.end(), 0u);
-    if (spool_.is_soup()) {
-      std::vector<uint8_t> is_counted(count, 0);
-      // Equal corners of facets are one point of the input.
-      const bool is_needed = input_points != nullptr || options_.keep_duplicates;
-      std::vector<uint32_t> lowest = is_needed ? lowest_equal(points, width_) : std::vector<uint32_t>();
-      if (options_.keep_duplicates) own_numbers = lowest;
-      if (input_points != nullptr) {
-        for (uint32_t i = 0; i < count; ++i) is_counted[i] = lowest[i] == i;
-        *input_points += static_cast<uint64_t>(std::ranges::count(is_counted, 1));
-      }
-      const uint64_t changed = spool_.repair_soup(points.records, is_counted);
-      if (changed_normals != nullptr) *changed_normals += changed;
-    } else if (input_points != nullptr) {
-      *input_points += count;
+    if (options_.keep_duplicates) {
+      points.lowest.resize(count);
+      std::iota(points.lowest.begin(), points.lowest.end(), 0u);
+    } else {
+      points.lowest = lowest_equal(points, width_);
     }
-    points.lowest = options_.keep_duplicates && !spool_.has_numbered_points() ? std::move(own_numbers)
-                                                                              : lowest_equal(points, width_);
     return points;
   }
 
   // Numbers the points that other cells ask for, and gives them to these cells.
   Status own_points(uint32_t cell) {
-    CellStatistics& statistics = result_.statistics_;
-    Expected<CellPoints> read = read_points(cell, &statistics.points, &statistics.changed_normals);
+    const Expected<CellPoints> read = read_points(cell);
     if (!read) return read.status();
     const CellPoints& points = *read;
+    result_.statistics_.points += points.ids.size();
     for (uint32_t i = 0; i < points.ids.size(); ++i) different_points_ += points.lowest[i] == i;
     std::vector<uint32_t> number(requests_->count(cell) > 0 ? points.ids.size() : 0, kNone);
     std::vector<std::array<uint32_t, 2>> numbered;
@@ -268,7 +254,7 @@ class CellParts::Builder {
     const auto [numbers_at, numbered_count] = number_places_[cell];
     if (faces.empty() && !options_.keep_unused) return {};
     if (Status status = faces_->read(cell, 0, writable_bytes(faces)); !status.ok()) return status;
-    const Expected<CellPoints> own = read_points(cell, nullptr, nullptr);
+    const Expected<CellPoints> own = read_points(cell);
     if (!own) return own.status();
     const Expected<ForeignPoints> foreign = read_foreign(cell);
     if (!foreign) return foreign.status();
@@ -328,14 +314,14 @@ class CellParts::Builder {
   // The records, attribute by attribute.
   Status append_columns(std::span<const uint8_t> records) {
     size_t offset = 0;
-    bounds_.resize(spool_.attributes().size());
+    bounds_.resize(mesh_.attributes().size());
     for (size_t k = 0; k < bounds_.size(); ++k) {
-      Attribute column = spool_.attributes()[k];
+      Attribute column = mesh_.attributes()[k];
       const size_t stride = column.stride();
       column.values.resize(records.size() / width_ * stride);
       for (size_t i = 0; i * width_ < records.size(); ++i)
         std::memcpy(column.values.data() + i * stride, records.data() + i * width_ + offset, stride);
-      if (const int bits = spool_.bits_of(column); bits > 0) bounds_[k].add(bounds_of(column, bits));
+      if (const int bits = mesh_.bits_of(column); bits > 0) bounds_[k].add(bounds_of(column, bits));
       if (Status status = result_.file_.append(bytes_of(column.values)); !status.ok()) return status;
       offset += stride;
     }
@@ -344,8 +330,8 @@ class CellParts::Builder {
 
   void choose_codings() {
     for (size_t k = 0; k < bounds_.size(); ++k) {
-      const Attribute& attribute = spool_.attributes()[k];
-      result_.codings_.push_back(choose_coding(attribute, bounds_[k], spool_.bits_of(attribute)));
+      const Attribute& attribute = mesh_.attributes()[k];
+      result_.codings_.push_back(choose_coding(attribute, bounds_[k], mesh_.bits_of(attribute)));
     }
   }
 
@@ -360,7 +346,7 @@ class CellParts::Builder {
     statistics.dropped_points = different_points_ - used_points_;
   }
 
-  MeshSpool& spool_;
+  const LargeMesh& mesh_;
   const Options& options_;
   const ThreadPool& pool_;
   CellParts& result_;
@@ -375,14 +361,14 @@ class CellParts::Builder {
   std::vector<CodingBounds> bounds_;  // of the points in parts
 };
 
-Expected<std::unique_ptr<CellParts>> CellParts::make(MeshSpool& spool, const Options& options,
+Expected<std::unique_ptr<CellParts>> CellParts::make(const LargeMesh& mesh, const Options& options,
                                                      const ThreadPool& pool) {
   std::unique_ptr<CellParts> parts(new CellParts());
-  parts->attributes_ = spool.attributes();
+  parts->attributes_ = mesh.attributes();
   Expected<AppendFile> file = AppendFile::create(options.folder);
   if (!file) return file.status();
   parts->file_ = std::move(*file);
-  if (Status status = Builder(spool, options, pool, *parts).build(); !status.ok()) return status;
+  if (Status status = Builder(mesh, options, pool, *parts).build(); !status.ok()) return status;
   return parts;
 }
 

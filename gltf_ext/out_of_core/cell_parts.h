@@ -1,4 +1,4 @@
-// A mesh in temporary files, as parts that fit into memory.
+// A large mesh as parts that fit into memory, which are in temporary files.
 #pragma once
 
 #include <filesystem>
@@ -8,17 +8,16 @@
 #include "encoder/mesh_parts.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
-#include "gltf_ext/out_of_core/mesh_spool.h"
+#include "gltf_ext/out_of_core/large_mesh.h"
 
 namespace psplit {
 
 // What became of the points and faces. The counts are those of reduce() (encoder/welding/reduce.h) for the
 // whole mesh.
 struct CellStatistics {
-  uint64_t points = 0;           // of the input; of a soup, its different corners
-  uint64_t faces = 0;            // of the input
-  uint64_t kept_faces = 0;       // of all parts
-  uint64_t changed_normals = 0;  // of a soup: see MeshSpool::repair_soup
+  uint64_t points = 0;      // of the input
+  uint64_t faces = 0;       // of the input
+  uint64_t kept_faces = 0;  // of all parts
   uint64_t merged_points = 0, dropped_faces = 0, dropped_points = 0;
 };
 
@@ -34,9 +33,9 @@ class CellParts : public MeshParts {
     // a point then nor points that no face uses.
     bool keep_duplicates = false, keep_degenerate = false, keep_unused = false;
   };
-  // Closes the files of `spool`. Errors: those of the files, kUnsupported if the mesh cannot be divided so, or
-  // if all faces are degenerate.
-  static Expected<std::unique_ptr<CellParts>> make(MeshSpool& spool, const Options& options,
+  // Forgets `mesh` once its values are in temporary files. Errors: those of the files, kUnsupported if the mesh
+  // cannot be divided so, or if all faces are degenerate.
+  static Expected<std::unique_ptr<CellParts>> make(const LargeMesh& mesh, const Options& options,
                                                    const ThreadPool& pool);
 
   uint32_t part_count() const override { return static_cast<uint32_t>(places_.size()); }

@@ -39,6 +39,13 @@ Status AppendFile::flush() {
   return {};
 }
 
+Expected<MappedFile> AppendFile::map() {
+  if (Status status = flush(); !status.ok()) return status;
+  Expected<MappedFile> mapped = MappedFile::open(file_);
+  close();
+  return mapped;
+}
+
 Expected<BucketFile> BucketFile::create(const std::filesystem::path& folder, std::span<const uint64_t> counts,
                                         size_t record_bytes, uint64_t memory) {
   constexpr uint64_t kMostBufferBytes = uint64_t{1} << 17;  // of a bucket: more saves no time

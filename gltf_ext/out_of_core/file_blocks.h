@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "encoder/spill.h"
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/status.h"
 
@@ -29,10 +30,13 @@ class AppendFile : public Spill {
     return status.ok() ? file_.read(offset, to) : std::move(status);
   }
   uint64_t size() const override { return written_ + buffer_.size(); }
-  // Writes what is buffered: file() and read_flushed() have only what was flushed.
+  // Writes what is buffered: file() has only what was flushed.
   Status flush();
-  Status read_flushed(uint64_t offset, std::span<uint8_t> to) const { return file_.read(offset, to); }
+  // Replaces bytes that were flushed.
+  Status rewrite(uint64_t offset, std::span<const uint8_t> bytes) { return file_.write(offset, bytes); }
   const UnnamedFile& file() const { return file_; }
+  // All bytes. The space is theirs: nothing else is called after that. Errors: those of the file.
+  Expected<MappedFile> map();
   void close() { *this = AppendFile(); }
 
  private:

@@ -1,49 +1,58 @@
 #include "gltf_ext/out_of_core/mesh_spool.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
+#include <utility>
 
-#include "encoder/coding/quantization.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/repair_values.h"
-#include "gltf_ext/primitive/view_in_place.h"
+#include "gltf_ext/primitive/primitive_edit.h"
 
 namespace psplit {
 namespace {
 
-constexpr size_t kBlockBytes = size_t{1} << 20;
 constexpr uint64_t kMostPoints = UINT32_MAX - 1;
+constexpr size_t kFacetsAtOnce = 4096;
+
+// The mesh without its values, so that its JSON comes from the same code as always.
+Document document_of_layout(MeshFile file, const std::string& name, std::vector<Attribute> attributes,
+                            int64_t material) {
+  Mesh mesh;
+  mesh.attributes = std::move(attributes);
+  if (file.objects.empty()) file.objects.push_back({name, {}});
+  file.objects[0].parts.push_back({std::move(mesh), material});
+  Document document = document_of_objects(std::move(file));
+  document.buffers.clear();
+  document.json()["buffers"] = document.json()["bufferViews"] = Json::array();
+  return document;
+}
+
+// The bytes of the file become a buffer, whose values the accessor describes.
+Status place(Document& document, AppendFile& file, Json& accessor, const ValuesView& values, int target) {
+  Expected<MappedFile> mapped = file.map();
+  if (!mapped) return mapped.status();
+  accessor.erase("bufferView");
+  accessor["componentType"] = static_cast<int>(values.component_type);
+  accessor["count"] = values.count;
+  place_values(document, accessor, values, target, append_buffer(document, std::move(*mapped)), 0);
+  return {};
+}
 
 }  // namespace
 
-Expected<std::unique_ptr<MeshSpool>> MeshSpool::create(SpoolOptions options, Losses& losses) {
-  std::unique_ptr<MeshSpool> spool(new MeshSpool(std::move(options), losses));
-  Expected<AppendFile> points = AppendFile::create(spool->options_.folder);
-  if (!points) return points.status();
-  Expected<AppendFile> faces = AppendFile::create(spool->options_.folder);
-  if (!faces) return faces.status();
-  spool->points_ = std::move(*points);
-  spool->faces_ = std::move(*faces);
-  return spool;
-}
-
 Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
-  for (size_t i = 0; i < layout.size(); ++i) {
-    if (options_.skip.contains(layout[i].semantic)) skipped_.push_back(layout[i].semantic);
-    // Facets are records whose normals are left out when they are read.
-    if (options_.skip.contains(layout[i].semantic) && !is_soup_) continue;
-    attributes_.push_back(layout[i]);
-    kept_.push_back(i);
+  for (const Attribute& attribute : layout) {
+    if (attribute.semantic == "POSITION") position_ = columns_.size();
+    if (attribute.semantic == "NORMAL") normal_ = columns_.size();
+    Column& column = columns_.emplace_back(Column{attribute});
+    column.attribute.values.clear();
+    column.stride = (attribute.stride() + 3) / 4 * 4;
+    Expected<AppendFile> file = AppendFile::create(options_.folder);
+    if (!file) return file.status();
+    column.file = std::move(*file);
   }
-  for (size_t i = 0; i < attributes_.size(); ++i) {
-    attributes_[i].values.clear();
-    offsets_.push_back(record_bytes_);
-    record_bytes_ += attributes_[i].stride();
-    if (attributes_[i].semantic == "POSITION") position_ = i;
-    if (attributes_[i].semantic == kPointNumber) has_numbered_points_ = true;
-    if (attributes_[i].semantic == "NORMAL" && options_.repairs) normal_ = i;
-  }
+  Expected<AppendFile> faces = AppendFile::create(options_.folder);
+  if (!faces) return faces.status();
+  faces_ = std::move(*faces);
   return {};
 }
 
@@ -51,9 +60,11 @@ Status MeshSpool::measure_positions(const Attribute& positions) {
   Position position;
   for (size_t at = 0; at < positions.values.size(); at += sizeof(position)) {
     std::memcpy(position.data(), positions.values.data() + at, sizeof(position));
-    if (!std::ranges::all_of(position, [](float value) { return std::isfinite(value); }))
-      return invalid_input("a position is not finite");
-    include(position);
+    if (!is_finite(position)) return invalid_input("a position is not finite");
+    for (size_t axis = 0; axis < position.size(); ++axis) {
+      low_[axis] = std::min<double>(low_[axis], position[axis]);
+      high_[axis] = std::max<double>(high_[axis], position[axis]);
+    }
   }
   return {};
 }
@@ -69,6 +80,7 @@ Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
   // Those without a direction are equal, whatever their bytes are: they are replaced or left out later.
   for (const uint32_t zero : zeros)
     std::memset(normals.values.data() + (zero - point_count_) * normals.stride(), 0, normals.stride());
+  if (is_soup_) return {};
   const bool only_zeros_before = zero_count_ == point_count_;
   zero_count_ += zeros.size();
   if (only_zeros_before && zeros.size() == count) return {};  // it is enough to count them
@@ -81,153 +93,52 @@ Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
 
 Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
   if (point_count_ + count > kMostPoints) return unsupported("more points than 32 bits can count");
-  block_.resize(count * record_bytes_);
-  for (size_t i = 0; i < kept_.size(); ++i) {
-    Attribute attribute = block[kept_[i]];
-    if (options_.repairs) repair_floats(attribute, losses_);
+  std::vector<uint8_t> padded;
+  for (size_t i = 0; i < columns_.size(); ++i) {
+    Attribute attribute = block[i];
+    repair_floats(attribute, losses_);
     if (i == normal_)
       if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
-    if (bits_of(attribute) > 0) trim_noise(attribute);
     if (i == position_)
       if (Status status = measure_positions(attribute); !status.ok()) return status;
-    put_column(i, attribute, block_);
+    const size_t width = attribute.stride(), stride = columns_[i].stride;
+    std::span<const uint8_t> bytes = bytes_of(attribute.values);
+    if (width != stride) {
+      padded.assign(count * stride, 0);
+      for (size_t k = 0; k < count; ++k)
+        std::memcpy(padded.data() + k * stride, bytes.data() + k * width, width);
+      bytes = padded;
+    }
+    if (Status status = columns_[i].file.append(bytes); !status.ok()) return status;
   }
   point_count_ += count;
-  return points_.append(block_);
+  return {};
 }
 
-void MeshSpool::put_column(size_t attribute, const Attribute& column, std::span<uint8_t> records) const {
-  const size_t width = column.stride();
-  for (size_t k = 0; k < records.size() / record_bytes_; ++k)
-    std::memcpy(records.data() + k * record_bytes_ + offsets_[attribute], column.values.data() + k * width,
-                width);
-}
-
-// The records of points of the view.
-void MeshSpool::gather(uint64_t first, size_t count, std::span<uint8_t> records) const {
-  for (size_t i = 0; i < attributes_.size(); ++i) {
-    const ValuesView& values = view_->attributes[i].values;
-    Attribute column = attributes_[i];
-    const size_t width = column.stride(), begin = static_cast<size_t>(first);
-    column.values.resize(count * width);
-    for (size_t k = 0; k < count; ++k)
-      std::memcpy(column.values.data() + k * width, values.at(begin + k), width);
-    const std::byte* const from = values.at(begin);
-    release_mapped({reinterpret_cast<const uint8_t*>(from), (count - 1) * values.step() + width});
-    if (bits_of(column) > 0) trim_noise(column);
-    put_column(i, column, records);
-  }
-}
-
-Status MeshSpool::measure_view(const std::string& positions) {
-  Status status = for_each_point([&](uint64_t first, std::span<const uint8_t> records) -> Status {
-    for (size_t i = 0; i < records.size() / record_bytes_; ++i) {
-      const Position position = position_of(records.data() + i * record_bytes_);
-      // In memory, positions that are not finite are stored exactly. They belong to no cell.
-      if (!is_finite(position))
-        return invalid_input(positions + ": the position of point " + std::to_string(first + i) +
-                             " is not finite");
-      include(position);
-    }
-    return {};
-  });
-  uint64_t first = 0;
-  const auto look = [&](std::span<const Face> faces) -> Status {
-    if (options_.samples_edges)
-      if (Status sampled = sample_edges(first, faces); !sampled.ok()) return sampled;
-    first += faces.size();
-    return has_proper_face_ ? Status() : look_for_proper_face(faces);
-  };
-  return status.ok() ? for_each_face(look) : std::move(status);
-}
-
-Expected<std::unique_ptr<MeshSpool>> MeshSpool::view(MeshView mesh, SpoolOptions options, Losses& losses,
-                                                     const std::string& positions) {
-  options.repairs = false;
-  options.skip.clear();
-  std::vector<Attribute> layout;
-  for (const auto& [semantic, values] : mesh.attributes) {
-    const bool is_float = values.component_type == ComponentType::kFloat32 && values.component_count == 3;
-    if (values.component_type == ComponentType::kUint32)
-      return unsupported(semantic + " holds 32-bit integers");
-    if (semantic == "POSITION" && !is_float)
-      return unsupported("positions that are not floats do not fit into --memory");
-    layout.push_back({semantic, values.component_type, values.component_count, values.normalized, {}});
-  }
-  if (mesh.point_count > kMostPoints) return unsupported("more points than 32 bits can count");
-  std::unique_ptr<MeshSpool> spool(new MeshSpool(std::move(options), losses));
-  Status status = spool->begin(layout, 0);
-  spool->point_count_ = mesh.point_count;
-  spool->face_count_ = mesh.indices.count / 3;
-  spool->view_ = std::move(mesh);
-  if (status.ok()) status = spool->finish();
-  if (status.ok()) status = spool->measure_view(positions);
-  if (!status.ok()) return status;
-  return spool;
-}
-
-Status MeshSpool::add_faces(std::span<const Face> faces) {
-  if (options_.samples_edges)
-    if (Status status = sample_edges(face_count_, faces); !status.ok()) return status;
-  if (!has_proper_face_)
-    if (Status status = look_for_proper_face(faces); !status.ok()) return status;
+Status MeshSpool::add_faces(std::span<const std::array<uint32_t, 3>> faces) {
   face_count_ += faces.size();
   if (!zeros_.empty()) {
     sums_.resize(zeros_.size());
-    for (const Face& face : faces)
+    for (const auto& face : faces)
       if (Status status = add_to_zero_normals(face); !status.ok()) return status;
   }
   return faces_.append(bytes_of(faces));
 }
 
-Expected<std::array<Position, 3>> MeshSpool::corners_of(const Face& face) {
-  std::array<Position, 3> corners;
-  for (size_t i = 0; i < 3; ++i) {
-    const Expected<Position> corner = position(face[i]);
-    if (!corner) return corner.status();
-    corners[i] = *corner;
-  }
-  return corners;
-}
-
-// Looks at no more faces once it has found one.
-Status MeshSpool::look_for_proper_face(std::span<const Face> faces) {
-  std::array<std::vector<uint8_t>, 3> records;
-  for (std::vector<uint8_t>& record : records) record.resize(record_bytes_);
-  for (const Face& face : faces) {
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
-    if (options_.keep_duplicates && !has_numbered_points_) {
-      has_proper_face_ = true;
-      return {};
-    }
-    for (size_t i = 0; i < 3; ++i)
-      if (Status status = read_record(face[i], 0, records[i]); !status.ok()) return status;
-    has_proper_face_ = records[0] != records[1] && records[1] != records[2] && records[2] != records[0];
-    if (has_proper_face_) return {};
-  }
-  return {};
-}
-
-Status MeshSpool::sample_edges(uint64_t first, std::span<const Face> faces) {
-  for (size_t i = 0; i < faces.size(); ++i) {
-    if (!edges_.wants(first + i)) continue;
-    const Expected<std::array<Position, 3>> corners = corners_of(faces[i]);
-    if (!corners) return corners.status();
-    edges_.add(first + i, *corners);
-  }
-  return {};
-}
-
-Status MeshSpool::add_to_zero_normals(const Face& face) {
+Status MeshSpool::add_to_zero_normals(const std::array<uint32_t, 3>& face) {
   std::array<size_t, 3> slots;
   for (size_t i = 0; i < 3; ++i) {
     const auto found = std::ranges::lower_bound(zeros_, face[i]);
     slots[i] = found != zeros_.end() && *found == face[i] ? static_cast<size_t>(found - zeros_.begin()) : kNone;
   }
   if (slots[0] == kNone && slots[1] == kNone && slots[2] == kNone) return {};
-  const Expected<std::array<Position, 3>> corners = corners_of(face);
-  if (!corners) return corners.status();
-  const Sum normal = area_vector(*corners);
+  std::array<Position, 3> corners;
+  for (size_t i = 0; i < 3; ++i) {
+    const Expected<Position> corner = position(face[i]);
+    if (!corner) return corner.status();
+    corners[i] = *corner;
+  }
+  const Sum normal = area_vector(corners);
   for (const size_t slot : slots)
     if (slot != kNone)
       for (size_t axis = 0; axis < 3; ++axis) sums_[slot][axis] += normal[axis];
@@ -235,59 +146,55 @@ Status MeshSpool::add_to_zero_normals(const Face& face) {
 }
 
 Expected<Position> MeshSpool::position(uint32_t point) {
+  Column& column = columns_[position_];
+  if (Status status = column.file.flush(); !status.ok()) return status;
   Position position;
-  Status status =
-      read_record(point, offsets_[position_], {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
+  Status status = column.pages.read(column.file.file(), column.file.size(), uint64_t{point} * column.stride,
+                                    {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
   if (!status.ok()) return status;
   return position;
 }
 
-Status MeshSpool::read_record(uint32_t point, size_t offset, std::span<uint8_t> to) {
-  if (view_) {
-    std::vector<uint8_t> record(record_bytes_);
-    gather(point, 1, record);
-    std::copy_n(record.begin() + static_cast<std::ptrdiff_t>(offset), to.size(), to.begin());
-    return {};
-  }
-  if (Status status = points_.flush(); !status.ok()) return status;
-  return pages_.read(points_.file(), point_count_ * record_bytes_, uint64_t{point} * record_bytes_ + offset,
-                     to);
-}
-
 Status MeshSpool::add(const Facet& facet) {
-  if (attributes_.empty()) {
+  if (!is_soup_) {
     is_soup_ = true;
-    const Attribute layout[] = {{"POSITION", ComponentType::kFloat32, 3, false, {}},
-                                {"NORMAL", ComponentType::kFloat32, 3, false, {}}};
-    if (Status status = begin(layout, 0); !status.ok()) return status;
+    facets_ = {{"POSITION", ComponentType::kFloat32, 3, false, {}},
+               {"NORMAL", ComponentType::kFloat32, 3, false, {}}};
+    // Corners are one point only if their normals are equal before they are repaired.
+    if (options_.numbers_points) facets_.push_back({kPointNumber, ComponentType::kUint32, 3, false, {}});
+    if (Status status = begin(facets_, 0); !status.ok()) return status;
   }
-  if (point_count_ + 3 > kMostPoints) return unsupported("more corners than 32 bits can count");
+  if (3 * (face_count_ + 1) > kMostPoints) return unsupported("more corners than 32 bits can count");
+  const bool is_first_with_normal = has_direction(facet.normal) && zero_count_ == 3 * face_count_;
+  if (is_first_with_normal && face_count_ > 0)
+    if (Status status = add_earlier_zero_facets(); !status.ok()) return status;
   if (!has_direction(facet.normal)) {
-    if (zero_count_ < point_count_)
+    if (zero_count_ < 3 * face_count_)
       if (Status status = add_zero_facet(facet); !status.ok()) return status;
     zero_count_ += 3;
-  } else if (zero_count_ == point_count_ && point_count_ > 0) {
-    if (Status status = add_earlier_zero_facets(); !status.ok()) return status;
   }
-  std::array<std::array<float, 3>, 6> records;
-  for (size_t i = 0; i < 3; ++i) {
-    records[2 * i] = facet.corners[i];
-    records[2 * i + 1] = facet.normal;
-    include(facet.corners[i]);
+  for (const Position& corner : facet.corners) {
+    for (Attribute& attribute : facets_) {
+      const auto value = std::as_bytes(std::span(attribute.semantic == "POSITION" ? corner : facet.normal));
+      attribute.values.insert(attribute.values.end(), value.begin(), value.end());
+    }
   }
-  if (options_.samples_edges) edges_.add(face_count_, facet.corners);
-  const auto& [p, q, r] = facet.corners;
-  has_proper_face_ = has_proper_face_ || (p != q && q != r && r != p);
-  point_count_ += 3;
   ++face_count_;
-  return points_.append(bytes_of(records));
+  return face_count_ % kFacetsAtOnce == 0 ? flush_facets() : Status();
+}
+
+Status MeshSpool::flush_facets() {
+  if (facets_.empty() || facets_[0].values.empty()) return {};
+  Status status = add_points(facets_, facets_[0].values.size() / sizeof(Position));
+  for (Attribute& attribute : facets_) attribute.values.clear();
+  return status;
 }
 
 // repair_values sums over the faces of a point that stands for all equal corners.
 Status MeshSpool::add_zero_facet(const Facet& facet) {
   const Sum normal = area_vector(facet.corners);
   for (const Position& corner : facet.corners) {
-    Sum& sum = soup_sums_.try_emplace({corner, facet.normal}, Sum{}).first->second;
+    Sum& sum = soup_sums_.try_emplace({corner, {}}, Sum{}).first->second;
     for (size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
   }
   return soup_sums_.size() > options_.most_zero_normals ? too_many_zero_normals() : Status();
@@ -295,16 +202,14 @@ Status MeshSpool::add_zero_facet(const Facet& facet) {
 
 // The first facet with a normal came: now the sums of the facets before it are needed.
 Status MeshSpool::add_earlier_zero_facets() {
-  if (Status status = points_.flush(); !status.ok()) return status;
-  std::vector<uint8_t> facet_bytes(3 * record_bytes_);
-  for (uint64_t i = 0; i < face_count_; ++i) {
-    if (Status status = pages_.read(points_.file(), points_.size(), i * facet_bytes.size(), facet_bytes);
-        !status.ok())
-      return status;
-    Facet facet;
-    std::memcpy(facet.normal.data(), facet_bytes.data() + offsets_[1], sizeof(facet.normal));
-    for (size_t k = 0; k < 3; ++k)
-      std::memcpy(facet.corners[k].data(), facet_bytes.data() + k * record_bytes_, sizeof(Position));
+  if (Status status = flush_facets(); !status.ok()) return status;
+  for (uint32_t point = 0; point < point_count_; point += 3) {
+    Facet facet{};
+    for (uint32_t i = 0; i < 3; ++i) {
+      const Expected<Position> corner = position(point + i);
+      if (!corner) return corner.status();
+      facet.corners[i] = *corner;
+    }
     if (Status status = add_zero_facet(facet); !status.ok()) return status;
   }
   return {};
@@ -316,123 +221,76 @@ void MeshSpool::end_solid(const std::string& name, uint64_t) {
   if (solids_ == 2) losses_.say("solids share a mesh");
 }
 
-Status MeshSpool::finish() {
-  for (AppendFile* file : {&points_, &faces_})
-    if (Status status = view_ ? Status() : file->flush(); !status.ok()) return status;
+// Those without a direction are zeros in the file.
+Status MeshSpool::replace_zero_normals() {
+  constexpr uint64_t kAtOnce = 65536;
+  AppendFile& file = columns_[normal_].file;
+  std::vector<Position> normals, positions;
+  const auto bytes = [](std::vector<Position>& values) {
+    return std::span(reinterpret_cast<uint8_t*>(values.data()), values.size() * sizeof(Position));
+  };
+  size_t next_sum = 0;
+  for (uint64_t first = 0; first < point_count_; first += kAtOnce) {
+    normals.resize(static_cast<size_t>(std::min(kAtOnce, point_count_ - first)));
+    positions.resize(normals.size());
+    const uint64_t at = first * sizeof(Position);
+    Status status = file.read(at, bytes(normals));
+    if (status.ok()) status = columns_[position_].file.read(at, bytes(positions));
+    if (!status.ok()) return status;
+    for (size_t i = 0; i < normals.size(); ++i) {
+      if (has_direction(normals[i])) continue;
+      normals[i] = normal_of_faces(is_soup_ ? soup_sums_.at({positions[i], {}}) : sums_[next_sum++]);
+    }
+    if (status = file.rewrite(at, bytes(normals)); !status.ok()) return status;
+  }
+  return {};
+}
+
+Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
+  if (Status status = flush_facets(); !status.ok()) return status;
   if (face_count_ == 0) return unsupported("a point cloud: only triangles can be split");
-  sums_.resize(zeros_.size());
-  read_attributes_ = attributes_;
-  read_bytes_ = record_bytes_;
-  if (has_numbered_points_) read_attributes_.pop_back();
+  if (face_count_ > UINT32_MAX / 3) return unsupported("more faces than a glTF accessor can count");
   if (has_no_normals()) {
-    if (!skips_normals_of_soup()) say_no_normals(losses_);
-    read_attributes_.erase(read_attributes_.begin() + static_cast<std::ptrdiff_t>(normal_));
-    read_bytes_ -= attributes_[normal_].stride();
-  } else if (normal_ != kNone && !is_soup_) {
-    say_normals(changed_normals_, zeros_.size(), losses_);
+    say_no_normals(losses_);
+    columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(normal_));
+  } else if (normal_ != kNone) {
+    say_normals(changed_normals_, is_soup_ ? soup_sums_.size() : zeros_.size(), losses_);
+    sums_.resize(zeros_.size());
+    if (zero_count_ > 0)
+      if (Status status = replace_zero_normals(); !status.ok()) return status;
   }
-  block_ = {};
-  return {};
-}
-
-Status MeshSpool::for_each_point(const VisitPoints& visit) const {
-  const uint64_t at_once = kBlockBytes / (3 * record_bytes_) * 3;
-  std::vector<uint8_t> records;
-  size_t next_zero = 0;
-  for (uint64_t first = 0; first < point_count_; first += at_once) {
-    const auto count = static_cast<size_t>(std::min(at_once, point_count_ - first));
-    records.resize(count * record_bytes_);
-    if (view_)
-      gather(first, count, records);
-    else if (Status status = points_.read_flushed(first * record_bytes_, records); !status.ok())
-      return status;
-    for (; next_zero < zeros_.size() && zeros_[next_zero] < first + count; ++next_zero) {
-      const std::array<float, 3> normal = normal_of_faces(sums_[next_zero]);
-      std::memcpy(records.data() + (zeros_[next_zero] - first) * record_bytes_ + offsets_[normal_],
-                  normal.data(), sizeof(normal));
-    }
-    if (read_bytes_ != record_bytes_) {  // without the normals
-      const size_t head = offsets_[normal_], width = attributes_[normal_].stride();
-      for (size_t i = 0; i < count; ++i) {
-        uint8_t* const to = records.data() + i * read_bytes_;
-        const uint8_t* const from = records.data() + i * record_bytes_;
-        std::memmove(to, from, head);
-        std::memmove(to + head, from + head + width, read_bytes_ - head);
-      }
-      records.resize(count * read_bytes_);
-    }
-    if (Status status = visit(first, records); !status.ok()) return status;
+  SpooledPoints spooled{.are_repeated = is_soup_, .numbers = {}};
+  if (columns_.back().attribute.semantic == kPointNumber) {
+    Expected<MappedFile> mapped = columns_.back().file.map();
+    if (!mapped) return mapped.status();
+    spooled.numbers = std::move(*mapped);
+    columns_.pop_back();
   }
-  return {};
-}
-
-Position MeshSpool::position_of(const uint8_t* record) const {
-  // Only NORMAL may be missing from the records. If it comes before POSITION, its bytes are missing there too.
-  const bool shifts = read_bytes_ != record_bytes_ && normal_ < position_;
-  Position position;
-  std::memcpy(position.data(), record + offsets_[position_] - (shifts ? attributes_[normal_].stride() : 0),
-              sizeof(position));
-  return position;
-}
-
-Status MeshSpool::for_each_position(const std::function<void(std::span<const Position>)>& visit) const {
-  std::vector<Position> positions;
-  return for_each_point([&](uint64_t, std::span<const uint8_t> records) -> Status {
-    positions.resize(records.size() / read_bytes_);
-    for (size_t i = 0; i < positions.size(); ++i) positions[i] = position_of(records.data() + i * read_bytes_);
-    visit(positions);
-    return {};
-  });
-}
-
-Status MeshSpool::read_faces(uint64_t first, std::span<Face> faces) const {
-  uint8_t* const to = reinterpret_cast<uint8_t*>(faces.data());
-  if (!view_) return faces_.read_flushed(first * sizeof(Face), {to, faces.size_bytes()});
-  const size_t begin = static_cast<size_t>(3 * first), count = 3 * faces.size();
-  const ValuesView& indices = view_->indices;
-  Status status = read_indices(indices, begin, view_->point_count, {faces.front().data(), count});
-  if (!indices.bytes.empty())
-    release_mapped({reinterpret_cast<const uint8_t*>(indices.at(begin)), count * indices.value_bytes()});
-  return status;
-}
-
-Status MeshSpool::for_each_face(const std::function<Status(std::span<const Face>)>& visit) const {
-  constexpr uint64_t kAtOnce = kBlockBytes / sizeof(Face);
-  std::vector<Face> faces;
-  for (uint64_t first = 0; first < face_count_; first += kAtOnce) {
-    faces.resize(static_cast<size_t>(std::min(kAtOnce, face_count_ - first)));
-    if (Status status = read_faces(first, faces); !status.ok()) return status;
-    if (Status status = visit(faces); !status.ok()) return status;
+  std::vector<Attribute> layout;
+  for (const Column& column : columns_) layout.push_back(column.attribute);
+  Document document = document_of_layout(std::move(file), name_, std::move(layout), material);
+  document.spooled = std::move(spooled);
+  Json& accessors = document.json()["accessors"];
+  for (size_t i = 0; i < columns_.size(); ++i) {
+    const Attribute& a = columns_[i].attribute;
+    const ValuesView values{
+        a.component_type,  a.component_count, a.normalized, static_cast<uint32_t>(point_count_), {},
+        columns_[i].stride};
+    Status status = place(document, columns_[i].file, accessors[i], values, kArrayBuffer);
+    if (!status.ok()) return status;
+    if (a.semantic != "POSITION") continue;
+    accessors[i]["min"] = bound_json(low_, a.component_type);
+    accessors[i]["max"] = bound_json(high_, a.component_type);
   }
-  return {};
-}
-
-uint64_t MeshSpool::repair_soup(std::span<uint8_t> records, const std::vector<uint8_t>& counts) const {
-  if (!is_soup_ || read_bytes_ != record_bytes_) return 0;
-  uint64_t changed = 0;
-  Attribute normal{"NORMAL", ComponentType::kFloat32, 3, false, {}};
-  normal.values.resize(sizeof(Position));
-  std::vector<uint32_t> zeros;
-  for (size_t i = 0; i < counts.size(); ++i) {
-    uint8_t* const at = records.data() + i * record_bytes_ + offsets_[normal_];
-    std::memcpy(normal.values.data(), at, sizeof(Position));
-    zeros.clear();
-    const uint64_t changes = normalize(normal, 0, zeros);
-    if (counts[i] != 0) changed += changes;
-    std::memcpy(at, normal.values.data(), sizeof(Position));
-    if (zeros.empty()) continue;
-    std::array<float, 3> value;
-    std::memcpy(value.data(), at, sizeof(value));
-    const auto found = soup_sums_.find({position_of(at - offsets_[normal_]), value});
-    value = normal_of_faces(found == soup_sums_.end() ? Sum{} : found->second);
-    std::memcpy(at, value.data(), sizeof(value));
+  if (is_soup_) {  // its points are in the order of the corners
+    accessors.erase(accessors.size() - 1);
+    primitive_json(document, {0, 0}).erase("indices");
+    return document;
   }
-  return changed;
-}
-
-void MeshSpool::close_files() {
-  points_.close();
-  faces_.close();
+  const ValuesView indices{ComponentType::kUint32, 1, false, static_cast<uint32_t>(3 * face_count_), {}, 0};
+  Status status = place(document, faces_, accessors.back(), indices, kElementArrayBuffer);
+  if (!status.ok()) return status;
+  return document;
 }
 
 }  // namespace psplit

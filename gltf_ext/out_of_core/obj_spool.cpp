@@ -209,7 +209,7 @@ class ObjSpool::Writer {
   size_t new_points_ = 0;
   uint32_t point_count_ = 0;
   uint64_t missing_texcoords_ = 0, missing_normals_ = 0;
-  Array<Face> faces_;
+  Array<std::array<uint32_t, 3>> faces_;
   std::vector<ObjCorner> corners_;  // of one face
   std::vector<uint32_t> points_;
   std::vector<Position> positions_;

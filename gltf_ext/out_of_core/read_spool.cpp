@@ -1,7 +1,13 @@
 #include "gltf_ext/out_of_core/read_spool.h"
 
 #include <algorithm>
+#include <new>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
+#include "gltf_ext/files/io_error.h"
+#include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/ply.h"
 #include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/out_of_core/obj_spool.h"
@@ -60,18 +66,45 @@ Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const Che
   return status.ok() && spool.face_count() == 0 ? invalid_input("STL: no facets") : std::move(status);
 }
 
-Status read_obj_to(Scanner& scanner, const std::filesystem::path& folder, MeshSpool& spool, Losses& losses,
-                   const CheckSizes& check, bool keeps_duplicates, ObjSource& obj) {
+Status read_obj_to(Scanner& scanner, const SpoolOptions& options, const OpenLibrary& open_library,
+                   MeshSpool& spool, Losses& losses, const CheckSizes& check, ObjHead& head) {
   skip_byte_order_mark(scanner);
-  Expected<ObjSpool> values = ObjSpool::create(folder);
+  Expected<ObjSpool> values = ObjSpool::create(options.folder);
   if (!values) return values.status();
-  Expected<ObjHead> head = read_obj_into(scanner, obj.open_library, *values);
-  if (!head) return head.status();
-  losses = head->file.losses;
-  obj.head = std::move(*head);
+  Expected<ObjHead> read = read_obj_into(scanner, open_library, *values);
+  if (!read) return read.status();
+  losses = read->file.losses;
+  head = std::move(*read);
   if (check)
     if (Status status = check(values->sizes(), true); !status.ok()) return status;
-  return values->write_to(spool, losses, keeps_duplicates);
+  return values->write_to(spool, losses, options.numbers_points);
+}
+
+Expected<Asset> read(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
+                     SpoolOptions options, const CheckSizes& check) {
+  const bool is_obj = format == AssetFormat::kObj;
+  if (!can_be_spooled(format)) return unsupported("this format is not read part by part");
+  if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
+  Losses losses;
+  MeshSpool spool(options, losses);
+  ObjHead head;
+  std::vector<std::filesystem::path> libraries;
+  Status status =
+      is_obj ? read_obj_to(scanner, options, libraries_beside(source, libraries), spool, losses, check, head)
+      : format == AssetFormat::kPly ? read_ply_to(scanner, spool, losses, check)
+                                    : read_stl_to(scanner, spool, losses, check);
+  // A failure of the stream is the reason why the rest of the file is missing.
+  if (Status failure = scanner.failure(); !failure.ok()) return failure;
+  if (!status.ok()) return status;
+  Expected<Document> document = spool.finish(head.file, head.material);
+  if (!document) return document.status();
+  document->spooled->are_repeated = format != AssetFormat::kPly;
+  document->source = source;
+  document->files = std::move(libraries);
+  if (source != "-") document->files.push_back(source);
+  std::vector<std::string> warnings = losses.sentences();
+  say_heights(head.file, source.parent_path(), warnings);
+  return Asset{std::move(*document), std::move(warnings)};
 }
 
 }  // namespace
@@ -80,24 +113,18 @@ bool can_be_spooled(AssetFormat format) {
   return format == AssetFormat::kPly || format == AssetFormat::kStl || format == AssetFormat::kObj;
 }
 
-Expected<std::unique_ptr<MeshSpool>> read_spool(Scanner& scanner, AssetFormat format, SpoolOptions options,
-                                                Losses& losses, const CheckSizes& check, ObjSource* obj) {
-  const bool is_obj = format == AssetFormat::kObj;
-  if (!can_be_spooled(format) || (is_obj && obj == nullptr))
-    return unsupported("this format is not read part by part");
-  const std::filesystem::path folder = options.folder;
-  const bool keeps_duplicates = options.keep_duplicates;
-  if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
-  Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(options), losses);
-  if (!spool) return spool;
-  Status status = is_obj ? read_obj_to(scanner, folder, **spool, losses, check, keeps_duplicates, *obj)
-                  : format == AssetFormat::kPly ? read_ply_to(scanner, **spool, losses, check)
-                                                : read_stl_to(scanner, **spool, losses, check);
-  // A failure of the stream is the reason why the rest of the file is missing.
-  if (Status failure = scanner.failure(); !failure.ok()) return failure;
-  if (status.ok()) status = (*spool)->finish();
-  if (!status.ok()) return status;
-  return spool;
+Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
+                           SpoolOptions options, const CheckSizes& check) {
+  const Place place{.file = source == "-" ? "stdin" : source.string()};
+  try {
+    Expected<Asset> asset = read(scanner, format, source, std::move(options), check);
+    if (!asset) return asset.status().at(place);
+    return asset;
+  } catch (const std::bad_alloc&) {
+    return may_pass("out of memory", place);
+  } catch (const std::length_error&) {
+    return runtime_failure("out of memory", place);
+  }
 }
 
 }  // namespace psplit

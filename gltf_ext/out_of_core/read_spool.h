@@ -1,11 +1,11 @@
 // Reads a mesh file of any size into temporary files.
 #pragma once
 
+#include <filesystem>
 #include <functional>
-#include <memory>
 
 #include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/obj.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 
@@ -18,16 +18,11 @@ bool can_be_spooled(AssetFormat format);
 // known and has room for it. Without that, the header of a pipe may state anything. An error ends the reading.
 using CheckSizes = std::function<Status(const ExpectedSizes& sizes, bool is_certain)>;
 
-// Where the materials of an OBJ come from, and what it has besides the geometry.
-struct ObjSource {
-  OpenLibrary open_library;
-  ObjHead head{};
-};
-
-// Reads the file to its end. `losses` must outlive the result. Only OBJ needs `obj`. Errors: those of the
-// readers, of MeshSpool, of `check` and of obj_spool.h; kUnsupported for other formats.
-Expected<std::unique_ptr<MeshSpool>> read_spool(Scanner& scanner, AssetFormat format, SpoolOptions options,
-                                                Losses& losses, const CheckSizes& check = {},
-                                                ObjSource* obj = nullptr);
+// Reads the file to its end. The document (Document::spooled) has one mesh of one primitive, with the values
+// that read_asset gives. Facets of an STL have no common points and no indices, and its solids share the mesh.
+// Corners of an OBJ are one point as long as they follow each other soon. Errors: those of the readers, of
+// MeshSpool, of `check` and of obj_spool.h; kUnsupported for other formats.
+Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
+                           SpoolOptions options, const CheckSizes& check = {});
 
 }  // namespace psplit

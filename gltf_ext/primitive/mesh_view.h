@@ -1,6 +1,7 @@
 // A decoded mesh in memory that belongs to someone else, and that may be a file's.
 #pragma once
 
+#include <cstring>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -19,13 +20,19 @@ struct MeshView {
   };
   uint32_t point_count = 0;
   std::vector<Values> attributes;
-  ValuesView indices;  // unsigned, three for each face
+  ValuesView indices;  // unsigned, three for each face; without bytes they are 0, 1, 2 and so on
 
   // Null if the mesh has no such attribute.
   const ValuesView* find(const std::string& semantic) const {
     for (const Values& attribute : attributes)
       if (attribute.semantic == semantic) return &attribute.values;
     return nullptr;
+  }
+  uint32_t index(size_t number) const {
+    if (indices.bytes.empty()) return static_cast<uint32_t>(number);
+    uint32_t index = 0;
+    std::memcpy(&index, indices.at(number), indices.value_bytes());  // little-endian, as glTF
+    return index;
   }
 };
 

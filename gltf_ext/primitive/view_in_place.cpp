@@ -57,7 +57,7 @@ Expected<MeshView> view_in_place(const Document& document, PrimitiveId id) {
 
 std::optional<MeshView> valid_view_in_place(const Document& document, PrimitiveId id) {
   const Expected<MeshView> view = view_in_place(document, id);
-  if (!view || document.records().primitive(id).indices < 0) return std::nullopt;
+  if (!view) return std::nullopt;
   constexpr size_t kAtOnce = 4096;
   std::vector<uint32_t> read(kAtOnce);
   const bool are_valid = for_each_step(view->indices, [&](size_t first, size_t end) {

@@ -5,6 +5,8 @@
 
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/mesh_files/repair_values.h"
+#include "gltf_ext/out_of_core/mesh_spool.h"
+#include "gltf_ext/primitive/view_in_place.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
@@ -20,19 +22,20 @@ struct Parts {
 };
 
 Parts parts_of(std::unique_ptr<Parts> result, const std::filesystem::path& folder, uint64_t most_faces) {
-  Status status = result->spool->finish();
-  result->parts = status.ok()
-                      ? CellParts::make(*result->spool, {folder, {1, 0, most_faces}, 1 << 20}, test_pool())
-                      : Expected<std::unique_ptr<CellParts>>(status);
+  const auto cut = [&]() -> Expected<std::unique_ptr<CellParts>> {
+    Expected<Document> document = result->spool->finish({}, -1);
+    if (!document) return document.status();
+    const auto mesh = LargeMesh::open(must(view_in_place(*document, {0, 0})), {}, {}, "positions");
+    if (!mesh) return mesh.status();
+    return CellParts::make(*mesh, {folder, {1, 0, most_faces}, 1 << 20}, test_pool());
+  };
+  result->parts = cut();
   return std::move(*result);
 }
 
 std::unique_ptr<Parts> begin(const std::filesystem::path& folder) {
   auto result = std::make_unique<Parts>();
-  SpoolOptions options;
-  options.folder = folder;
-  options.most_zero_normals = 1000;
-  result->spool = std::move(*MeshSpool::create(options, result->losses));
+  result->spool = std::make_unique<MeshSpool>(SpoolOptions{folder, 1000}, result->losses);
   return result;
 }
 
@@ -109,15 +112,16 @@ Mesh joined(CellParts& parts) {
 }
 
 // The parts together are what reduce() makes of the whole mesh, with the same counts.
-void expect_as_reduced(CellParts& parts, const Mesh& mesh) {
+// `more`: points of the input that `mesh` has once.
+void expect_as_reduced(CellParts& parts, const Mesh& mesh, uint64_t more = 0) {
   const ReducedMesh expected = reduce(mesh, {false, true, true});
   const Mesh actual = joined(parts);
   EXPECT_EQ(compare_meshes(expected.mesh, actual), "");
   const CellStatistics& statistics = parts.statistics();
-  EXPECT_EQ(statistics.points, mesh.point_count);
+  EXPECT_EQ(statistics.points, mesh.point_count + more);
   EXPECT_EQ(statistics.faces, mesh.faces.size());
   EXPECT_EQ(statistics.kept_faces, expected.mesh.faces.size());
-  EXPECT_EQ(statistics.merged_points, expected.merged_points);
+  EXPECT_EQ(statistics.merged_points, expected.merged_points + more);
   EXPECT_EQ(statistics.dropped_faces, expected.dropped_faces);
   EXPECT_EQ(statistics.dropped_points, expected.dropped_points);
 }
@@ -230,7 +234,8 @@ void expect_facets_as_read(const std::vector<Facet>& facets) {
   Parts parts = parts_of(std::move(started), folder, 700);
   ASSERT_TRUE(parts.parts.ok()) << parts.parts.status().to_string();
   EXPECT_GT((*parts.parts)->part_count(), 1u);
-  expect_as_reduced(**parts.parts, file.objects[0].parts[0].mesh);
+  const Mesh& mesh = file.objects[0].parts[0].mesh;
+  expect_as_reduced(**parts.parts, mesh, 3 * facets.size() - mesh.point_count);
 }
 
 TEST(CellParts, FacetsAreWeldedAsTheReaderOfStlDoes) {

@@ -5,11 +5,11 @@
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/encode_mesh_file.h"
-#include "gltf_ext/convert/encode_spool.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "src/cpu/cpu_backend.h"
@@ -108,13 +108,26 @@ OutOfCoreOptions small_parts(const std::filesystem::path& folder, uint64_t faces
   return limits;
 }
 
+struct OutOfCoreResult {
+  Document document;
+  PrimitiveReport report;
+  std::vector<std::string> warnings;
+};
+
 Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                                         const EncodeDocumentOptions& options, const OutOfCoreOptions& limits) {
   Expected<Scanner> scanner = open_scanner(std::move(stream));
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, source);
   if (!format) return unsupported("no format");
-  return encode_out_of_core(*scanner, *format, source, options, limits, test_pool());
+  const auto check = [&](const ExpectedSizes& sizes, bool is_certain) {
+    return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
+  };
+  Expected<Asset> asset = read_spool(*scanner, *format, source, spool_options(options, limits), check);
+  if (!asset) return asset.status();
+  auto reports = encode_document(asset->document, options, draco_backend(), test_pool(), {}, limits);
+  if (!reports) return reports.status();
+  return OutOfCoreResult{std::move(asset->document), std::move(reports->front()), std::move(asset->warnings)};
 }
 
 // In small parts. No temporary file is left.
@@ -146,10 +159,15 @@ void expect_as_in_memory(const std::string& file, EncodeDocumentOptions options 
   const PrimitiveReport& report = actual.report;
   const PrimitiveReport& report_in_memory = expected.reports[0];
   EXPECT_EQ(report.faces, report_in_memory.faces);
-  EXPECT_EQ(report.points, report_in_memory.points);
-  EXPECT_EQ(report.input_bytes, report_in_memory.input_bytes);
+  // Corners of an STL that become equal when their normals are repaired are one point of the input.
+  const bool repeats = actual.document.spooled->are_repeated;
+  const uint64_t merged = report_in_memory.statistics.merged_points;
+  EXPECT_EQ(report.points, report_in_memory.points - (repeats ? merged : 0));
+  if (!repeats || merged == 0) {
+    EXPECT_EQ(report.input_bytes, report_in_memory.input_bytes);
+  }
   EXPECT_EQ(report.stored_as, StoredAs::kPatches);
-  EXPECT_EQ(report.statistics.merged_points, report_in_memory.statistics.merged_points);
+  EXPECT_EQ(report.statistics.merged_points, repeats ? 0 : merged);
   EXPECT_EQ(report.statistics.dropped_faces, report_in_memory.statistics.dropped_faces);
   EXPECT_EQ(report.statistics.dropped_points, report_in_memory.statistics.dropped_points);
   EXPECT_EQ(report.dropped_attributes, report_in_memory.dropped_attributes);
@@ -166,7 +184,9 @@ void expect_as_in_memory(const std::string& file, EncodeDocumentOptions options 
     ASSERT_TRUE(primitive["attributes"].contains(semantic)) << semantic;
     EXPECT_EQ(accessor_of(actual.document, semantic.c_str()), accessor_of(expected.document, semantic.c_str()));
   }
-  EXPECT_EQ(accessor_of(actual.document, "indices"), accessor_of(expected.document, "indices"));
+  // Members may be in another order.
+  EXPECT_EQ(nlohmann::json(accessor_of(actual.document, "indices")),
+            nlohmann::json(accessor_of(expected.document, "indices")));
   const auto ids = [](const Json& json) {
     return json["extensions"]["PSPLIT_mesh_draco_patches"]["attributes"];
   };
@@ -321,10 +341,11 @@ TEST(EncodeOutOfCore, OnlyDegenerateTrianglesStayAsTheyAre) {
     EXPECT_EQ(actual.report.skipped, expected.reports[0].skipped);
     EXPECT_EQ(actual.report.skipped, "no triangles but degenerate ones");
     EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
-    // Members may be in another order.
-    EXPECT_EQ(nlohmann::json::parse(actual.document.json().dump()),
-              nlohmann::json::parse(expected.document.json().dump()));
-    EXPECT_TRUE(std::ranges::equal(actual.document.buffers[0].bytes(), expected.document.buffers[0].bytes()));
+    for (const char* semantic : {"POSITION", "COLOR_0"}) {
+      Json accessor = accessor_of(actual.document, semantic),
+           in_memory = accessor_of(expected.document, semantic);
+      EXPECT_EQ(nlohmann::json::parse(accessor.dump()), nlohmann::json::parse(in_memory.dump()));
+    }
   }
   Mesh flat = blob(500);
   for (auto& face : flat.faces) face[1] = face[0];
@@ -446,7 +467,7 @@ TEST(EncodeOutOfCore, KeepsAll) {
   expect_options_as_in_memory(
       {.lossless = true, .keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
   // Even if there is nothing else.
-  const EncodeDocumentOptions options{.keep_degenerate = true};
+  const EncodeDocumentOptions options{.patches = {.always = true}, .keep_degenerate = true};
   for (const bool equal_points : {false, true}) {
     const std::string file = degenerate_ply(equal_points);
     const InMemory expected = in_memory(file, options);

@@ -6,7 +6,7 @@
 #include <new>
 
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/encode_mesh_file.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -90,7 +90,7 @@ OutOfCoreOptions limits_of(const EncodeCommandArguments& arguments, const Sessio
 }
 
 Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& arguments,
-                               const Session& session, bool fits = false) {
+                               const Session& session, bool fits) {
   const AssetBytes input_bytes = bytes_on_disk(document);
   Encoded encoded{std::move(document), {}, input_bytes};
   if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
@@ -106,78 +106,69 @@ Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& 
   return encoded;
 }
 
-// A PLY, an STL or an OBJ in bounded memory.
-Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format,
-                                    const EncodeCommandArguments& arguments, const Session& session,
-                                    ProgressBar& bar) {
-  Expected<OutOfCoreResult> result =
-      encode_out_of_core(scanner, format, arguments.input, arguments.encode.options,
-                         limits_of(arguments, session), session.pool, bar.callback("face", "encoding"));
-  if (!result) return result.status();
-  for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
-  const AssetBytes input_bytes = bytes_on_disk(result->document);
-  return Encoded{std::move(result->document), {std::move(result->report)}, input_bytes};
-}
-
 Status too_large(uint64_t estimate) {
   return unsupported("may take " + as_bytes(estimate) +
                      " of memory, which is more than --memory allows. Of mesh files, only PLY, OBJ and STL are "
                      "encoded part by part");
 }
 
-// The content of a pipe or of a packed file, which is in a temporary file now.
-Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const EncodeCommandArguments& arguments,
-                                 const Session& session, std::unique_ptr<ProgressBar> bar) {
-  Expected<Scanner> scanner = open_scanner(memory_stream(spooled.bytes.bytes()));
-  if (!scanner) return scanner.status();
-  const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
-  // A binary STL is known by its size alone.
-  const bool is_obj = format == AssetFormat::kObj;
-  if (format && can_be_spooled(*format) && !is_obj)
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
-  const bool is_gltf = format == AssetFormat::kGltf;
-  if (!is_gltf && spooled.file.path().empty())
-    return unsupported("this system cannot estimate the memory of a pipe of this format");
-  const uint64_t estimate = is_gltf ? 0
-                                    : kProcessMemory + estimate_memory(spooled.file.path().string(),
-                                                                       BatchVerb::kEncode, arguments.input);
-  if (estimate > arguments.memory && is_obj)
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
-  if (estimate > arguments.memory) return too_large(estimate);
-  bar.reset();  // all else has a bar of its own
-  Expected<Asset> asset = read_asset(spooled.bytes, arguments.input, find_describer("auto"));
-  if (!asset) return asset.status();
-  for (const std::string& warning : asset->warnings) session.log.warning(arguments.input + ": " + warning);
-  return encode_asset(std::move(asset->document), arguments, session, !is_gltf);
-}
+// The input, and whether all of it fits into memory.
+struct Input {
+  Asset asset;
+  bool fits = false;
+};
 
-// A mesh file that may not fit, or the content of a pipe. Pipes can be read only once, and do not tell their
-// size: PLY and STL are read as a stream, all else is put into a temporary file first: an OBJ that fits may
-// have several objects and materials.
-Expected<Encoded> encode_stream(const EncodeCommandArguments& arguments, const Session& session, bool is_file) {
-  auto bar = std::make_unique<ProgressBar>("reading", session.log);
-  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar->callback("byte"));
+// What cannot be read again is put into a temporary file. If it does not fit into memory, glTF stays there, and
+// a PLY, an STL or an OBJ becomes a document in temporary files. Pipes do not tell their size: PLY and STL are
+// read as a stream. An OBJ that fits may have several objects and materials.
+Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Session& session,
+                            std::optional<uint64_t> estimate) {
+  ProgressBar bar("reading", session.log);
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar.callback("byte"));
   if (!stream) return stream.status();
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status();
-  const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
-  if (format && can_be_spooled(*format) && (is_file || format != AssetFormat::kObj))
-    return encode_large_file(*scanner, *format, arguments, session, *bar);
-  if (is_file && format != AssetFormat::kGltf)
-    return too_large(kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode));
-  const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits_of(arguments, session).temporary);
-  if (!spooled) return spooled.status();
-  return encode_spooled(*spooled, arguments, session, std::move(bar));
+  const OutOfCoreOptions limits = limits_of(arguments, session);
+  std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
+  const auto is_spooled = [&] { return format && can_be_spooled(*format); };
+  SpooledBytes bytes;
+  if (format == AssetFormat::kGltf || (!estimate && (!is_spooled() || format == AssetFormat::kObj))) {
+    Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits.temporary);
+    if (!spooled) return spooled.status();
+    bytes = std::move(*spooled);
+    scanner = open_scanner(memory_stream(bytes.bytes.bytes()));
+    if (!scanner) return scanner.status();
+    format = format_of(*scanner, arguments.input);  // a binary STL is known by its size alone
+    const std::string path = bytes.file.path().string();
+    const bool is_gltf = format == AssetFormat::kGltf;
+    if (!is_gltf && path.empty())
+      return unsupported("this system cannot estimate the memory of a pipe of this format");
+    estimate = is_gltf ? 0 : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input);
+    if (*estimate <= arguments.memory) {
+      Expected<Asset> asset = read_asset(bytes.bytes, arguments.input, find_describer("auto"));
+      if (!asset) return asset.status();
+      return Input{std::move(*asset), !is_gltf};
+    }
+  }
+  if (!is_spooled()) return too_large(*estimate);
+  const auto check = [&](const ExpectedSizes& sizes, bool is_certain) {
+    return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
+  };
+  Expected<Asset> asset =
+      read_spool(*scanner, *format, arguments.input, spool_options(arguments.encode.options, limits), check);
+  if (!asset) return asset.status();
+  return Input{std::move(*asset)};
 }
 
 Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Session& session,
                                WriteReport& written) {
   std::error_code error;
-  const bool is_file = arguments.input != "-" && std::filesystem::is_regular_file(arguments.input, error);
-  const bool fits =
-      arguments.memory == 0 ||
-      (is_file && kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory);
-  if (fits || (is_file && read_asset_json(arguments.input).ok())) {
+  std::optional<uint64_t> estimate;
+  if (arguments.memory > 0 && arguments.input != "-" &&
+      std::filesystem::is_regular_file(arguments.input, error))
+    estimate = kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode);
+  const bool fits = arguments.memory == 0 || (estimate && *estimate <= arguments.memory);
+  if (fits || (estimate && read_asset_json(arguments.input).ok())) {
     // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next
     // array would fault in page by page, each cleared first. For meshes of millions of faces, this costs a
     // tenth of the time.
@@ -191,10 +182,12 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
     return check_paths(arguments.input, document, arguments.output, arguments.report, session, written);
   };
   if (Status status = check(nullptr); !status.ok()) return status;
-  Expected<Encoded> encoded = encode_stream(arguments, session, is_file);
-  if (!encoded) return encoded.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
-  if (Status status = check(&encoded->document); !status.ok()) return status;
-  return encoded;
+  Expected<Input> input = read_stream(arguments, session, estimate);
+  if (!input) return input.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
+  for (const std::string& warning : input->asset.warnings)
+    session.log.warning(arguments.input + ": " + warning);
+  if (Status status = check(&input->asset.document); !status.ok()) return status;
+  return encode_asset(std::move(input->asset.document), arguments, session, input->fits);
 }
 
 Status run_encode(const EncodeCommandArguments& arguments, const Session& session) {

@@ -7,7 +7,6 @@
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/read_spool.h"
-#include "gltf_ext/out_of_core/spooled_mesh.h"
 #include "gltf_ext/primitive/view_in_place.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/report/progress.h"
@@ -16,23 +15,6 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
-
-Expected<ComparedAsset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& folder) {
-  Losses losses;
-  SpoolOptions options;
-  options.folder = folder;
-  options.most_zero_normals = uint64_t{1} << 20;
-  const Expected<std::unique_ptr<MeshSpool>> spool = read_spool(scanner, format, std::move(options), losses);
-  if (!spool) return spool.status();
-  const Expected<MeshInFile> mesh = lay_out_spool(**spool, folder);
-  if (!mesh) return mesh.status();
-  ComparedAsset asset;
-  asset.meshes.whole_count = 1;
-  AssetPrimitive& primitive = asset.meshes.primitives.emplace_back();
-  primitive.view = mesh->laid_out.view;
-  primitive.owned.push_back(std::make_shared<const FileMemory>(mesh->memory));
-  return asset;
-}
 
 // Decodes patches into a temporary file, unless their attributes or counts need a mesh in memory.
 Expected<bool> decode_patches(const Document& document, const MemoryLimit& limit, const ThreadPool& pool,
@@ -60,30 +42,28 @@ Expected<bool> view_primitive(const Document& document, const MemoryLimit& limit
   return true;
 }
 
-// Reads a file or a pipe of any size. A mesh file has no document: then `meshes` is complete.
-Expected<ComparedAsset> open_large(const std::string& path, const BackendChoice& backend,
-                                   const MemoryLimit& limit, const Session& session) {
+// Reads a file or a pipe of any size.
+Expected<Document> open_large(const std::string& path, const BackendChoice& backend, const MemoryLimit& limit,
+                              const Session& session) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return stream.status().at({.file = path});
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status().at({.file = path});
   const std::optional<AssetFormat> format = format_of(*scanner, path);
   if (format && can_be_spooled(*format) && *format != AssetFormat::kObj) {
-    Expected<ComparedAsset> asset = read_mesh_file(*scanner, *format, limit.folder);
-    return asset ? std::move(asset) : asset.status().at({.file = path});
+    constexpr uint64_t kMostZeroNormals = uint64_t{1} << 20;
+    Expected<Asset> asset = read_spool(*scanner, *format, path, {limit.folder, kMostZeroNormals});
+    if (!asset) return asset.status();
+    return std::move(asset->document);
   }
   std::error_code error;
-  if (path != "-" && fs::is_regular_file(path, error)) {
-    Expected<Document> document = read_input(path, session.log, backend.name);
-    if (!document) return document.status();
-    return ComparedAsset{std::move(*document), {}};
-  }
+  if (path != "-" && fs::is_regular_file(path, error)) return read_input(path, session.log, backend.name);
   // A pipe can be read only once: this is the rest of what was looked into.
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limit.folder);
   if (!spooled) return spooled.status().at({.file = path});
   Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name));
   if (!asset) return asset.status();
-  return ComparedAsset{std::move(asset->document), {}};
+  return std::move(asset->document);
 }
 
 }  // namespace
@@ -118,20 +98,15 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
 Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
                                       const MemoryLimit* limit, const Session& session) {
   ProgressBar bar("reading", session.log);
-  ComparedAsset asset;
+  Expected<Document> document = limit != nullptr ? open_large(path, backend, *limit, session)
+                                                 : read_input(path, session.log, backend.name);
+  if (!document) return document.status();
+  ComparedAsset asset{std::move(*document), {}};
   ViewPrimitive view;
-  if (limit != nullptr) {
-    Expected<ComparedAsset> opened = open_large(path, backend, *limit, session);
-    if (!opened || !opened->meshes.primitives.empty()) return opened;
-    asset.document = std::move(opened->document);
+  if (limit != nullptr)
     view = [&](AssetPrimitive& primitive) {
       return view_primitive(asset.document, *limit, session.pool, primitive);
     };
-  } else {
-    Expected<Document> document = read_input(path, session.log, backend.name);
-    if (!document) return document.status();
-    asset.document = std::move(*document);
-  }
   Expected<AssetMeshes> meshes = read_asset_meshes(
       asset.document, find_backend(backend), find_describer(backend.name), session.pool, bar.callback(), view);
   if (!meshes) return meshes.status().at({.file = path});

@@ -12,7 +12,7 @@
 namespace psplit {
 
 struct ComparedAsset {
-  Document document;  // without content for a mesh file that is larger than memory
+  Document document;
   AssetMeshes meshes;
 };
 

@@ -1,4 +1,4 @@
-// Encodes a mesh in temporary files part by part.
+// Encodes a mesh part by part.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
+#include "gltf_ext/out_of_core/large_mesh.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 
 namespace psplit {
@@ -24,11 +25,14 @@ struct MemoryPlan {
              uint64_t patch_faces = 0);
 };
 
-// A job whose containers or streams are in temporary files; its group is empty. Closes the files of the
-// finished `spool`. What the mesh loses is added to `losses`. `progress` counts faces. Errors: those of
-// CellParts and encode_parts, kUsage if the memory does not suffice for the number of points.
-Expected<EncodeJob> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& options,
-                                 const OutOfCoreOptions& limits, Losses& losses, const ThreadPool& pool,
-                                 const Progress& progress);
+// How a mesh file is read (read_spool) that encode_document gets with these options.
+SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits);
+
+// A job whose containers or streams are in temporary files; its group is empty. Forgets `mesh`. `progress`
+// counts faces. Errors: those of CellParts and encode_parts, kUsage if the memory does not suffice for the
+// number of points.
+Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
+                                      const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                      const Progress& progress);
 
 }  // namespace psplit

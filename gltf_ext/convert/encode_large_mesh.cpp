@@ -1,4 +1,4 @@
-#include "gltf_ext/convert/encode_spool.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 
 #include <algorithm>
 #include <atomic>
@@ -9,7 +9,6 @@
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/json/glb.h"
-#include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/out_of_core/cell_parts.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
 
@@ -41,12 +40,12 @@ PartsOptions options_of_parts(const EncodeDocumentOptions& options, const OutOfC
 }
 
 // The codings of the whole mesh, with the bits that encode_document chooses.
-Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool, const CellParts& parts,
+Expected<std::vector<AttributeCoding>> codings_of(const LargeMesh& mesh, const CellParts& parts,
                                                   const EncodeDocumentOptions& options) {
   std::vector<AttributeCoding> codings = parts.codings();
-  const double step = options.position_bits_by_edges ? step_for_edges(spool.edges().lengths()) : 0;
+  const double step = options.position_bits_by_edges ? step_for_edges(mesh.edges().lengths()) : 0;
   for (size_t i = 0; i < codings.size() && options.chooses_position_bits(); ++i) {
-    if (spool.attributes()[i].semantic != "POSITION" || codings[i].bits == 0) continue;
+    if (mesh.attributes()[i].semantic != "POSITION" || codings[i].bits == 0) continue;
     const Expected<int> bits = chosen_position_bits(codings[i], options, step);
     if (!bits) return bits.status();
     codings[i].bits = *bits;
@@ -74,16 +73,16 @@ class RoundedParts : public MeshParts {
 
 // The bytes that the streams take at least: positions without a grid, which Draco stores as they are. If there
 // are other attributes, points may share their positions, and only encoding tells how many do.
-uint64_t least_bytes(const MeshSpool& spool, std::span<const AttributeCoding> codings,
+uint64_t least_bytes(const LargeMesh& mesh, std::span<const AttributeCoding> codings,
                      const CellStatistics& statistics) {
   if (codings.size() > 1 || codings[0].bits > 0) return 0;
-  return spool.record_bytes() * (statistics.points - statistics.merged_points - statistics.dropped_points);
+  return mesh.record_bytes() * (statistics.points - statistics.merged_points - statistics.dropped_points);
 }
 
-EncodeJob job_of(EncodedParts encoded, const CellStatistics& statistics, const MeshSpool& spool,
+EncodeJob job_of(EncodedParts encoded, const CellStatistics& statistics, const LargeMesh& mesh,
                  std::vector<AttributeCoding> codings, const EncodeOptions& options) {
   EncodeJob job;
-  job.mesh.attributes = spool.attributes();
+  job.mesh.attributes = mesh.attributes();
   job.codings = std::move(codings);
   job.options = options;
   job.options.patch_encoded = {};
@@ -124,37 +123,39 @@ MemoryPlan::MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes, int 
   if (limits.most_part_faces > 0) cost = {1, 0, limits.most_part_faces};
 }
 
-Expected<EncodeJob> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& options,
-                                 const OutOfCoreOptions& limits, Losses& losses, const ThreadPool& pool,
-                                 const Progress& progress) {
-  PartsOptions parts_options = options_of_parts(options, limits, spool.face_count());
-  const MemoryPlan plan(limits, spool.record_bytes(), pool.thread_count(), parts_options.patch_faces);
+SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits) {
+  return {limits.temporary, MemoryPlan(limits, 0).most_zero_normals, options.keep_duplicates};
+}
+
+Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
+                                      const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                      const Progress& progress) {
+  PartsOptions parts_options = options_of_parts(options, limits, mesh.face_count());
+  const MemoryPlan plan(limits, mesh.record_bytes(), pool.thread_count(), parts_options.patch_faces);
   parts_options.patch_faces = std::min(parts_options.patch_faces, plan.most_patch_faces);
   parts_options.most_residue_points = plan.most_residue_points;
   parts_options.condensed_points = plan.condensed_points;
-  const uint64_t cells_bytes = spool.is_soup() ? 0 : spool.point_count() * sizeof(CellAssignment::Cell);
+  const uint64_t cells_bytes = mesh.is_soup() ? 0 : mesh.point_count() * sizeof(CellAssignment::Cell);
   if (plan.buffer_bytes + cells_bytes > plan.all)
     return Status(StatusCode::kUsage,
-                  std::to_string(spool.point_count()) + " points need --memory " +
+                  std::to_string(mesh.point_count()) + " points need --memory " +
                       std::to_string((kProcessBytes + plan.buffer_bytes + cells_bytes) / 1000000 + 1) + "MB");
   Expected<std::unique_ptr<CellParts>> parts =
-      CellParts::make(spool,
+      CellParts::make(mesh,
                       {limits.temporary, plan.cost, plan.buffer_bytes, parts_options.streams.keep_duplicates,
                        !parts_options.streams.drop_degenerate, !parts_options.streams.drop_unused},
                       pool);
   if (!parts) return parts.status();
-  Expected<std::vector<AttributeCoding>> codings = codings_of(spool, **parts, options);
+  Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, **parts, options);
   if (!codings) return codings.status();
   const CellStatistics& statistics = (*parts)->statistics();
-  if (spool.is_soup() && spool.attributes().size() > 1)
-    say_normals(statistics.changed_normals, spool.zero_normals_of_soup(), losses);
   std::atomic<size_t> done = 0;
   if (progress)
     parts_options.streams.patch_encoded = [&](size_t faces) {
       progress(done += faces, static_cast<size_t>(statistics.kept_faces));
     };
   if (limits.to_glb) {
-    if (Status status = check_glb_bytes(least_bytes(spool, *codings, statistics), true); !status.ok())
+    if (Status status = check_glb_bytes(least_bytes(mesh, *codings, statistics), true); !status.ok())
       return status;
     parts_options.part_written = [](uint64_t bytes) { return check_glb_bytes(bytes, true); };
   }
@@ -165,7 +166,7 @@ Expected<EncodeJob> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& 
   Expected<EncodedParts> encoded =
       encode_parts(rounded, *codings, parts_options, make_spill, fewer ? *fewer : pool);
   if (!encoded) return encoded.status();
-  return job_of(std::move(*encoded), statistics, spool, std::move(*codings), parts_options.streams);
+  return job_of(std::move(*encoded), statistics, mesh, std::move(*codings), parts_options.streams);
 }
 
 }  // namespace psplit
