@@ -221,7 +221,7 @@ size_t exhaustive_pairs(const Mesh& a, const Mesh& b, double within) {
 
 TEST(MatchElements, FindsAsManyPairsAsAnExhaustiveSearch) {
   Random random(6);
-  constexpr size_t kRounds = mutants_to_try(3000);
+  constexpr size_t kRounds = fewer_with_sanitizers(3000);
   size_t incomplete = 0, ambiguous = 0;
   for (size_t round = 0; round < kRounds; ++round) {
     // Few positions, so close that many are within the limit of each other.
