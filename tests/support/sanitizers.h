@@ -18,9 +18,9 @@
 
 namespace psplit {
 
-// How many of `count` random mutants a test tries. Sanitizers make each of them many times slower, so they see
-// a tenth; the build without sanitizers tries all, and the fuzzers try others.
-constexpr size_t mutants_to_try(size_t count) {
+// How many of `count` random mutants a test tries, or how large a mesh is. Sanitizers make each step many times
+// slower, so they see a tenth; the build without sanitizers sees all, and the fuzzers try others.
+constexpr size_t fewer_with_sanitizers(size_t count) {
 #if defined(PSPLIT_ASAN) || defined(PSPLIT_TSAN)
   return count / 10;
 #else

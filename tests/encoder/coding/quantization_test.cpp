@@ -38,7 +38,7 @@ TEST(FitGrid, FitsColorsInsideTheLimits) {
   const auto between = [&](float low, float high) {
     return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f;
   };
-  for (size_t round = 0; round < mutants_to_try(3000); ++round) {
+  for (size_t round = 0; round < fewer_with_sanitizers(3000); ++round) {
     const int bits = static_cast<int>(1 + round % 14);
     const float low = round % 3 == 0 ? 0 : between(0, 1), high = round % 3 == 1 ? 1 : between(low, 1);
     std::vector<float> values = {low, low, 1, high, between(low, high), 1};

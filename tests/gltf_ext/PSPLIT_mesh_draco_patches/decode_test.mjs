@@ -10,6 +10,7 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
+import { check, finish } from '../../support/checks.mjs';
 import { accessor_bytes, accessor_indices, decode_container, decode_primitive, Invalid, parse_asset } from './page_decoder.mjs';
 
 const [psplit, modules, samples] = process.argv.slice(2).map((argument) => path.resolve(argument));
@@ -18,14 +19,6 @@ const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-page-'));
 process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
 const run = (...words) => execFileSync(psplit, words.map(String), { stdio: ['ignore', 'pipe', 'inherit'] });
 const in_scratch = (name) => path.join(scratch, name);
-
-let checks = 0, failures = 0;
-function check(holds, what) {
-  checks += 1;
-  if (holds) return;
-  failures += 1;
-  console.log(`FAILED  ${what}`);
-}
 
 function load(file) {
   return parse_asset(new Uint8Array(readFileSync(file)), (uri) =>
@@ -209,6 +202,5 @@ for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
 }
 check(said.valid > 10 && said.invalid > 100, 'too few valid or invalid mutants');
 
-console.log(`page: ${checks - failures} of ${checks} checks hold`);
 console.log(`seen: ${JSON.stringify(uses)}; changed containers: ${JSON.stringify(said)}`);
-process.exit(failures > 0 ? 1 : 0);
+finish('page');

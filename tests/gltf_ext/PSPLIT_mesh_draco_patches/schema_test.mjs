@@ -10,20 +10,13 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'n
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
+import { check, finish } from '../../support/checks.mjs';
 
 const [psplit, modules, specification] = process.argv.slice(2).map((argument) => path.resolve(argument));
 const Ajv = createRequire(path.join(modules, 'package.json'))('ajv/dist/2020').default;
 const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-schema-'));
 process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
 const kName = 'PSPLIT_mesh_draco_patches';
-
-let checks = 0, failures = 0;
-function check(holds, what) {
-  checks += 1;
-  if (holds) return;
-  failures += 1;
-  console.log(`FAILED  ${what}`);
-}
 
 // The part of glTF's schema of every property that matters here.
 const gltf_property = {
@@ -117,5 +110,4 @@ for (const [what, change, [by_schema, by_psplit]] of changes) {
   check(status === (by_psplit ? 3 : 0), `${what}: gltf-psplit validate exits with ${status}: ${stderr.trim()}`);
 }
 
-console.log(`schema: ${checks - failures} of ${checks} checks hold`);
-process.exit(failures > 0 ? 1 : 0);
+finish('schema');

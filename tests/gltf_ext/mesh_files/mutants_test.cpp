@@ -96,7 +96,7 @@ TEST(MeshFileMutants, AreReadWholeOrRefused) {
     const auto asset = must(read_text(seed));
   }
   for (std::string& seed : corpus_seeds()) seeds.push_back(std::move(seed));
-  constexpr size_t kMutants = mutants_to_try(100'000);
+  constexpr size_t kMutants = fewer_with_sanitizers(100'000);
   constexpr const char* kNames[] = {"a.ply", "a.obj", "a.stl", "a.off"};
   size_t read = 0;
   for (size_t i = 0; i < kMutants; ++i) {

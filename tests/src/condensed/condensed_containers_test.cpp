@@ -88,7 +88,7 @@ TEST(CondensedContainers, MutantsAreRefusedOrDecodeAsExpanded) {
   std::vector<CondensedSample> seeds = condensed_samples(pool);
   std::erase_if(seeds, [](const CondensedSample& sample) { return sample.container.size() >= 1500; });
   ASSERT_GT(seeds.size(), 10u);
-  constexpr size_t kMutants = mutants_to_try(200'000);
+  constexpr size_t kMutants = fewer_with_sanitizers(200'000);
   std::mt19937 random(1);
   size_t accepted = 0, compared = 0;
   for (size_t i = 0; i < kMutants; ++i) {
@@ -114,7 +114,7 @@ TEST(CondensedContainers, MutantsOfTheHeadHaveOneVerdict) {
     if (sample.original.name != "long edges, 21 bits") continue;
     Bytes bytes = sample.container;
     const size_t end = 8 * size_t{open_container(bytes)->header_bytes};
-    constexpr size_t kFirst = 8 * 12, kStep = mutants_to_try(10) == 10 ? 3 : 30;
+    constexpr size_t kFirst = 8 * 12, kStep = fewer_with_sanitizers(10) == 10 ? 3 : 30;
     for (size_t bit = kFirst; bit < end; bit += kStep) {
       const auto flip = [&] { bytes[bit / 8] = static_cast<uint8_t>(bytes[bit / 8] ^ 1u << bit % 8); };
       flip();

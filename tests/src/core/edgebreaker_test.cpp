@@ -151,7 +151,7 @@ void expect_same_by_rows(const ClersMesh& expected, const ClersMesh& by_rows) {
 
 TEST(Edgebreaker, MakesASoundMeshOfAnyStringOrRefusesIt) {
   std::mt19937 random(1);
-  constexpr size_t kRounds = mutants_to_try(200'000);
+  constexpr size_t kRounds = fewer_with_sanitizers(200'000);
   size_t sound = 0, refused = 0, with_events = 0;
   for (size_t round = 0; round < kRounds; ++round) {
     std::string letters = "E";

@@ -222,7 +222,7 @@ void expect_same_by_lanes(SeamedMesh& made, const std::vector<std::vector<uint8_
 TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
   std::mt19937 random(1);
   size_t seamed = 0;
-  for (size_t round = 0; round < mutants_to_try(5000); ++round) {
+  for (size_t round = 0; round < fewer_with_sanitizers(5000); ++round) {
     std::string letters = "E";
     for (size_t length = 1 + random() % 20; letters.size() < length;) letters += "CLRCLRES"[random() % 8];
     if (ClersMesh(letters).fault != Fault::kNone) continue;
@@ -260,7 +260,7 @@ TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
     expect_same_by_lanes(made, all_seams, kLaneOrders[seamed % kLaneOrders.size()]);
     if (HasFatalFailure()) FAIL() << letters;
   }
-  EXPECT_GT(seamed, mutants_to_try(1000));
+  EXPECT_GT(seamed, fewer_with_sanitizers(1000));
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(Traversal, RefusesVerticesWithoutFaces) {
 
 TEST(Traversal, MeetsEachVertexOfAnyMeshOnce) {
   std::mt19937 random(1);
-  constexpr size_t kRounds = mutants_to_try(20'000);
+  constexpr size_t kRounds = fewer_with_sanitizers(20'000);
   size_t meshes = 0;
   for (size_t round = 0; round < kRounds; ++round) {
     std::string letters = "E";

@@ -23,6 +23,7 @@ class Signals : public CommandTest {
   // code; -1 if it did not end by itself.
   int stopped(std::vector<std::string> words, int signal, bool is_output) {
     const pid_t child = start_child([&] {
+      ::signal(signal, SIG_DFL);  // a shell that runs the tests in its background ignores SIGINT
       std::vector<char*> argv{words.front().data()};
       for (std::string& word : words) argv.push_back(word.data());
       if (std::freopen(path("err.txt").c_str(), "w", stderr) == nullptr) return 99;

@@ -7,6 +7,7 @@
 
 #include "gltf_ext/json/json.h"
 #include "tests/support/child.h"
+#include "tests/support/sanitizers.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -263,13 +264,17 @@ std::vector<Json> mutants(const Json& tree) {
   return all;
 }
 
+// Each value has seven mutants or eight. With sanitizers, every seventh is tried, so that each value changes.
 TEST_F(UserFiles, AllCommandsRefuseTheSameMutants) {
+  constexpr size_t kStep = fewer_with_sanitizers(10) == 10 ? 1 : 7;
   fs::create_directories(folder_ / "plain");
   must_run({"generate", path("plain/a.gltf"), "--faces", "60", "-q"});
   must_run({"encode", path("plain/a.gltf"), path("a.gltf"), "-q", "--patches", "2", "--always-patches"});
   for (const std::string name : {"plain/a.gltf", "a.gltf"}) {
     const std::string folder = name == "a.gltf" ? "" : "plain/";
-    for (const Json& mutant : mutants(json(name))) {
+    const std::vector<Json> all = mutants(json(name));
+    for (size_t i = 0; i < all.size(); i += kStep) {
+      const Json& mutant = all[i];
       write(folder + "mutant.gltf", mutant.dump());
       const auto code_of = [&](std::vector<std::string> words) {
         words.insert(words.begin() + 1, path(folder + "mutant.gltf"));
