@@ -52,8 +52,8 @@ class PSPLIT_EXPORT AssetTree {
   std::unique_ptr<State> state_;
 };
 
-// The points of a mesh file that was read into temporary files (gltf_ext/out_of_core/read_spool.h). These are
-// all buffers of its document.
+// The points of a mesh file that was read into temporary files, because it is larger than the memory that may
+// be taken. These are all buffers of its document.
 struct SpooledPoints {
   // STL has each point once for each corner, and an OBJ gets some again: equal points are one point.
   bool are_repeated = false;
