@@ -56,12 +56,13 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
 }
 
 // The same for all vertices in one walk over the faces: the normal of a face is the same at its three corners,
-// also if sums wrap around. Returns no sums if the arena has too little memory.
+// also if sums wrap around. Returns no sums if the arena has too little
+// memory, and on a device, where each lane has a fan.
 template <typename Index>
 PSPLIT_HD View<Vec3> sum_normals(const CornerTable<Index>& table, const Positions<Index>& positions,
                                  uint32_t vertex_count, Arena& arena) {
   View<Vec3> sums;
-  if (!arena.take(sums, vertex_count)) return {};
+  if (PSPLIT_MOVES_ROWS || !arena.take(sums, vertex_count)) return {};
   fill(sums, Vec3());
   for (uint32_t corner = 0; corner < table.vertex.size(); corner += 4) {
     const FaceRow<Index> vertex = row_of(table.vertex, corner);

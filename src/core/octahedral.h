@@ -104,9 +104,9 @@ class OctahedralGrid {
     const Floats square = x * x + y * y + z * z;
     Floats root{};
     for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = __builtin_sqrtf(square[k]);
-    // No float is between this bound and 1e-6, which is what unit_vector compares with.
-    const Floats inverse = choose(square <= 1e-6f, zero, 1.0f / root);
+    const Floats inverse = 1.0f / root;
     const Floats unit[3] = {x * inverse, y * inverse, z * inverse};
+    // No float is between this bound and 1e-6, which is what unit_vector compares with.
     for (uint32_t k = 0; k < kAtOnce; ++k)
       for (uint32_t i = 0; i < 3; ++i) out[k][i] = square[k] <= 1e-6f ? 0 : unit[i][k];
   }

@@ -65,7 +65,7 @@ PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& 
     step(SymbolSteps<false>(sequence));
 }
 
-// Takes the steps of three predictions of a single stream in turn, if it has them, and else of two.
+// Takes steps of a stream's predictions in turn: of three kinds until one ends, then of two. One may be left.
 template <typename Index>
 PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
   ParallelogramSteps<Index, 3>* points = nullptr;

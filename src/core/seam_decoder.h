@@ -170,16 +170,18 @@ class SeamDecoder {
       return arena.take(seams_, uint64_t{count_} * edge_count) ? Fault::kNone : Fault::kWorkspace;
     });
   }
-  // The first attribute data with the same seams: it has the same table, and the same walk over it. Collective.
+  // Attribute data before this one with the same seams, and so with the same table and the same walk over it;
+  // this one if there are none. It looks at few, so that no stream makes it look at thousands. Collective.
   template <Lanes L>
   PSPLIT_HD uint32_t same_seams(L lanes, uint32_t attribute_data) const {
     const auto bytes = static_cast<uint32_t>(inner_edges_.size());
     const View<const uint8_t> bits = seams_of(attribute_data);
-    for (uint32_t i = 0; i < attribute_data; ++i) {
+    constexpr uint32_t kMost = 4;
+    for (uint32_t i = attribute_data > kMost ? attribute_data - kMost : 0; i < attribute_data; ++i) {
       const View<const uint8_t> others = seams_of(i);
       bool differs = false;
       if constexpr (L::size() == 1)
-        differs = __builtin_memcmp(bits.data(), others.data(), bytes) != 0;
+        differs = bytes > 0 && __builtin_memcmp(bits.data(), others.data(), bytes) != 0;
       else
         for_each_lane_item(lanes, bytes, [&](uint32_t edge) { differs |= bits[edge] != others[edge]; });
       if (!any(lanes, differs)) return i;

@@ -8,7 +8,8 @@
 
 namespace psplit::core {
 
-// The connectivity of an attribute. Without seams inside the mesh it shares the arrays of the mesh.
+// The connectivity of an attribute. Without seams inside the mesh it shares the arrays of the mesh, and with
+// the seams of another attribute those of that one.
 template <typename Index>
 struct AttributeTable {
   CornerTable<Index> table;
@@ -16,7 +17,7 @@ struct AttributeTable {
   uint32_t vertex_count = 0;
   bool has_seams = false;
 
-  // Only a table with seams has arrays of its own.
+  // Only a table with seams needs arrays of its own.
   PSPLIT_HD bool allocate(uint32_t face_count, Arena& arena) {
     return arena.take(table.opposite, uint64_t{4} * face_count) &&
            arena.take(table.vertex, uint64_t{4} * face_count) && arena.take(closed, uint64_t{3} * face_count);
@@ -188,8 +189,9 @@ PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
 template <typename Index>
 class PointNumbers {
  public:
-  // If all seams are those of one table, points are its values: `point_counts` are those that
-  // number_attribute_vertices set. Around a closed vertex the point at the first corner is the last one.
+  // If all seams are those of one table, points are its values: `point_counts` are those that the
+  // last call of number_attribute_vertices set. Around a closed vertex the point at the first corner is the
+  // last one.
   PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, const AttributeTable<Index>& only,
                          View<Index> point_counts)
       : mesh_(mesh),

@@ -8,8 +8,8 @@
 
 namespace psplit::core {
 
-// The origin of the grid, from its bytes in the stream. Written values may not change it as far as a compiler
-// sees, so that it stays in registers. kComponents is 0 if their number is known only at run time.
+// The origin of the grid, from its bytes in the stream. A compiler keeps it in registers: it does not lie in
+// memory that writing a value could change. kComponents is 0 if their number is known only at run time.
 template <uint32_t kComponents>
 class GridOrigin {
  public:
@@ -120,7 +120,7 @@ class ValueWriter {
   }
 
 #if defined(PSPLIT_HAS_VECTORS)
-  // Several at once, and the rest as often as it takes.
+  // Several at once. The last group may have places that are not used.
   template <typename ValueOf, typename PlaceOf>
   void write_normals(uint32_t count, ValueOf value_of, PlaceOf place_of) const {
     constexpr uint32_t kAtOnce = OctahedralGrid::kAtOnce;

@@ -81,6 +81,7 @@ class Tasks {
       statuses_[group[0]] = container.refusal;
       steps_.finish(1);
     } else {
+      static_assert(kInStep == 3);
       switch (group.size()) {
         case 3: decode_in_step(group.first<3>()); break;
         case 2: decode_in_step(group.first<2>()); break;

@@ -25,8 +25,10 @@ size_t likely_size(const PatchContainer& container, uint32_t patch,
   core::ValueCounts values{container.likely_point_count(patch), static_cast<uint32_t>(requests.size()), 0};
   for (const AttributeRequest& request : requests) values.components += request.component_count;
   const size_t stream_bytes = container.streams[patch].size();
-  const uint64_t bytes = core::workspace_bytes<Index>(container.headers[patch], stream_bytes, values) +
-                         core::normal_sum_bytes(values.points);
+  // Without memory for their sums, normals are slower.
+  const uint64_t bytes =
+      uint64_t{core::workspace_bytes<Index>(container.headers[patch], stream_bytes, values)} +
+      core::normal_sum_bytes(values.points);
   return static_cast<size_t>(std::min(bytes, core::justified_bytes(stream_bytes)));
 }
 

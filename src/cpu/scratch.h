@@ -26,6 +26,7 @@ struct StreamMemory {
   core::Arena arena(size_t at_least) {
     if (size < at_least) {
       memory.reset();                       // before the new block is allocated: never hold both
+      size = 0;                             // also if that fails
       memory.reset(new uint8_t[at_least]);  // not zeroed; libc++ 14 lacks make_unique_for_overwrite
       size = at_least;
     }
