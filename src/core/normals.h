@@ -56,8 +56,8 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
 }
 
 // The same for all vertices in one walk over the faces: the normal of a face is the same at its three corners,
-// also if sums wrap around. Returns no sums if the arena has too little
-// memory, and on a device, where each lane has a fan.
+// also if sums wrap around. Returns no sums if the arena has too little memory, and on a device, where each
+// lane has a fan.
 template <typename Index>
 PSPLIT_HD View<Vec3> sum_normals(const CornerTable<Index>& table, const Positions<Index>& positions,
                                  uint32_t vertex_count, Arena& arena) {
