@@ -100,7 +100,12 @@ class IntegerDecoder {
     for_each_lane_item(lanes, is_signed ? static_cast<uint32_t>(corrections_.size()) - 1 : 0, [&](uint32_t i) {
       corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
     });
-    if (lanes.rank() == 0) start_steps();
+    bool is_broken = false;
+    if (has_normal_steps())
+      for_each_lane_item(lanes, static_cast<uint32_t>(corrections_.size()) - 1,
+                         [&](uint32_t i) { is_broken |= !is_in_range(data_.grid, corrections_[i]); });
+    const bool is_chained = !any(lanes, is_broken);
+    if (lanes.rank() == 0) start_steps(is_chained);
     lanes.sync();
     if constexpr (L::size() > 1) {
       const Scheme scheme = data_.scheme;
@@ -216,10 +221,10 @@ class IntegerDecoder {
     const uint32_t components = attribute_->value_components();
     return data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3);
   }
-  PSPLIT_HD bool has_steps() const {
-    return has_parallelograms() ||
-           (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
+  PSPLIT_HD bool has_normal_steps() const {
+    return data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal;
   }
+  PSPLIT_HD bool has_steps() const { return has_parallelograms() || has_normal_steps(); }
   // Returns false, and leaves the corrections as they are, if lanes do not compute this prediction, or if its
   // data has a fault.
   template <Lanes L>
@@ -247,10 +252,13 @@ class IntegerDecoder {
     Run* const one = &run;
     step_all<1, Run>(&one, 1);
   }
-  PSPLIT_HD void start_steps() {
+  PSPLIT_HD void start_steps(bool is_chained) {
     if (!has_steps()) return;
-    if (attribute_->coding == Coding::kNormal)
-      normals_ = {values<2>(), data_.grid, data_.transform == Transform::kOctahedronCanonicalized};
+    const bool canonicalized = data_.transform == Transform::kOctahedronCanonicalized;
+    if (attribute_->coding == Coding::kNormal && !is_chained)
+      is_finished_ = true, correct_normals_by_difference(values<2>(), data_.grid, canonicalized);
+    else if (attribute_->coding == Coding::kNormal)
+      normals_ = {values<2>(), data_.grid, canonicalized};
     else if (attribute_->value_components() == 3)
       parallelograms_3d_ = ParallelogramSteps<Index, 3>({values<3>(), data_.wrap});
     else

@@ -2,37 +2,114 @@
 // vertex. Draco bitstream specification 2.2, "geometric normal prediction".
 #pragma once
 
+#include "src/core/in_step.h"
+#include "src/core/octahedral_chain.h"
 #include "src/core/predicted_values.h"
 #include "src/core/prediction_data.h"
 
 namespace psplit::core {
 
-// Each normal is predicted to be the same as the one before it. Computes one value a step.
+// Each normal is predicted to be the same as the one before it. Computes one value a step. All corrections are
+// in range (OctahedralChain).
 template <typename Index>
 class NormalSteps {
  public:
   NormalSteps() = default;
   PSPLIT_HD NormalSteps(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid, bool canonicalized)
-      : on_(on), grid_(grid), canonicalized_(canonicalized) {}
+      : on_(on), chain_(grid, canonicalized) {}
 
   PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
   PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
   PSPLIT_HD PSPLIT_INLINE void step() {
     const int32_t* by = on_.correction(i_);
-    const OctahedralGrid grid = grid_;
-    last_ = grid.correct(last_, {by[0], by[1]}, canonicalized_);
+    int32_t s = by[0], t = by[1];
+    chain_.step(s, t);
     int32_t* const out = on_.at(on_.sequence.corner[i_]);
-    out[0] = last_.s, out[1] = last_.t;
+    out[0] = s, out[1] = t;
     ++i_;
   }
 
+#if defined(PSPLIT_HAS_VECTORS)
+  // Takes `count` steps of several runs at once, each in a lane of vectors. A run may be given more than once.
+  static constexpr uint32_t kAtOnce = 4;
+  static void step_at_once(NormalSteps* const (&runs)[kAtOnce], uint32_t count) {
+    using Ints = int32_t __attribute__((vector_size(16)));
+    OctahedralChain<Ints> chain;
+    const int32_t* by[kAtOnce];
+    const Index* corner[kAtOnce];
+    for (uint32_t n = 0; n < kAtOnce; ++n) {
+      chain.set(n, runs[n]->chain_);
+      by[n] = runs[n]->on_.correction(runs[n]->i_);
+      corner[n] = &runs[n]->on_.sequence.corner[runs[n]->i_];
+    }
+    for (uint32_t step = 0; step < count; ++step) {
+      struct Pair {
+        int32_t s, t;
+      } at[kAtOnce];
+      PSPLIT_UNROLL
+      for (uint32_t n = 0; n < kAtOnce; ++n) __builtin_memcpy(&at[n], by[n] + 2 * step, sizeof at[n]);
+      Ints s{at[0].s, at[1].s, at[2].s, at[3].s}, t{at[0].t, at[1].t, at[2].t, at[3].t};
+      chain.step(s, t);
+      PSPLIT_UNROLL
+      for (uint32_t n = 0; n < kAtOnce; ++n) {
+        int32_t* const out = runs[n]->on_.at(corner[n][step]);
+        out[0] = s[n], out[1] = t[n];
+      }
+    }
+    NormalSteps* last = nullptr;
+    for (uint32_t n = 0; n < kAtOnce; ++n) {
+      if (runs[n] == last) continue;
+      last = runs[n];
+      last->chain_ = chain.get(n);
+      last->i_ += count;
+    }
+  }
+#endif
+
  private:
   PredictedValues<Index, 2> on_;
-  OctahedralGrid grid_;
-  Vec2 last_;
+  OctahedralChain<int32_t> chain_;
   uint32_t i_ = 0;
-  bool canonicalized_ = false;
 };
+
+// Computes all values, also from corrections that no encoder writes.
+template <typename Index>
+PSPLIT_HD void correct_normals_by_difference(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid,
+                                             bool canonicalized) {
+  Vec2 last;
+  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+    const int32_t* by = on.correction(i);
+    last = grid.correct(last, {by[0], by[1]}, canonicalized);
+    int32_t* const out = on.at(on.sequence.corner[i]);
+    out[0] = last.s, out[1] = last.t;
+  }
+}
+
+// Takes the steps of all runs, several at once.
+template <typename Index>
+PSPLIT_HD void step_normals(NormalSteps<Index>* const* runs, uint32_t count) {
+  using Run = NormalSteps<Index>;
+#if defined(PSPLIT_HAS_VECTORS)
+  if constexpr (!PSPLIT_IS_SMALL_CODE) {
+    Run* at[Run::kAtOnce];
+    uint32_t live = 0;
+    for (uint32_t next = 0;;) {
+      for (; live < Run::kAtOnce && next < count; ++next)
+        if (runs[next]->running()) at[live++] = runs[next];
+      if (live < 2) return step_all<1, Run>(at, live);
+      for (uint32_t n = live; n < Run::kAtOnce; ++n) at[n] = at[n - 1];
+      uint32_t steps = at[0]->steps_left();
+      for (uint32_t n = 1; n < live; ++n) steps = at[n]->steps_left() < steps ? at[n]->steps_left() : steps;
+      Run::step_at_once(at, steps);
+      const uint32_t before = live;
+      live = 0;
+      for (uint32_t n = 0; n < before; ++n)
+        if (at[n]->running()) at[live++] = at[n];
+    }
+  }
+#endif
+  step_all<kInStep, Run, Run>(runs, count);
+}
 
 // The sum of the normals of all faces at a corner's vertex. The normal of a face is as long as the face is
 // large.

@@ -3,6 +3,7 @@
 //
 //   prediction_data.h      the schemes and transforms, and what they store besides corrections
 //   wrap.h, octahedral.h   the transforms: a predicted value and a correction -> a value
+//   octahedral_chain.h     the same, for places that are predicted from the one before
 //   predicted_values.h     the values, their order and their corrections
 //   parallelogram.h        from the triangle across an edge
 //   multi_parallelogram.h  from several such triangles

@@ -140,7 +140,9 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
       if (!PSPLIT_IS_SMALL_CODE && count == 1) step_predictions(decoders[0]->integers());
       take_predictions(&Integers::parallelograms_3d);
       take_predictions(&Integers::parallelograms_2d);
-      take_predictions(&Integers::normals);
+      for_runs<NormalSteps<Index>>(
+          decoders, count, [](Decoder& decoder) { return decoder.integers(); },
+          [](Integers & integers) -> auto& { return integers.normals(); }, step_normals<Index>);
       return;
     case Stop::kCorrections:
     case Stop::kDone: return;

@@ -168,13 +168,9 @@ class DepthFirstTraversal {
       corner_ = waiting_[--waiting_count_];
       if (walk_.face_seen(corner_) == 0) return true;
     }
-    // A copy: its address is taken, and the traversal itself stays in registers.
-    DepthFirstTraversal following = *this;
-    const bool found = following.begin_component();
-    *this = following;
-    return found;
+    return begin_component();
   }
-  PSPLIT_HD bool begin_component() {
+  PSPLIT_HD PSPLIT_INLINE bool begin_component() {
     if (walk_.all_seen()) return false;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;

@@ -1,11 +1,12 @@
 // The axes have known places on the octahedral grid, and corrections reach every place from every other.
-#include "src/core/octahedral.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
+#include <random>
 #include <set>
+
+#include "src/core/octahedral_chain.h"
 
 namespace psplit::core {
 namespace {
@@ -95,6 +96,36 @@ TEST(Octahedral, CanonicalizedCorrectionsTurnWithThePredictedValue) {
     const Vec2 at = grid.correct({from[i].s + kCenter, from[i].t + kCenter}, {-1, 0}, /*canonicalized=*/true);
     EXPECT_EQ((Place{at.s, at.t}), (Place{to[i].s + kCenter, to[i].t + kCenter})) << i;
   }
+}
+
+// Corrections of all kinds: anywhere, to the sides and the axes of the square, and none.
+TEST(OctahedralChain, GoesWhereCorrectLeads) {
+  std::mt19937 random(1);
+  for (const int bits : {2, 3, 4, 8, 11, 30})
+    for (const bool canonicalized : {false, true}) {
+      const OctahedralGrid grid(bits);
+      const auto center = static_cast<int32_t>(grid.max_quantized() / 2);
+      std::uniform_int_distribution<int32_t> anywhere(-2 * center, 2 * center), kind(0, 7);
+      const auto any = [&] {
+        switch (kind(random)) {
+          case 0: return 0;
+          case 1: return center;
+          case 2: return center + 1;
+          case 3: return 1;
+          default: return anywhere(random);
+        }
+      };
+      OctahedralChain<int32_t> chain(grid, canonicalized);
+      Vec2 last;
+      for (int i = 0; i < 20000; ++i) {
+        Vec2 at{any(), any()};
+        ASSERT_TRUE(is_in_range(grid, at.s) && is_in_range(grid, at.t));
+        last = grid.correct(last, at, canonicalized);
+        chain.step(at.s, at.t);
+        ASSERT_EQ((Place{at.s, at.t}), (Place{last.s, last.t})) << bits << " bits, step " << i;
+      }
+      EXPECT_FALSE(is_in_range(grid, 2 * center + 1) || is_in_range(grid, -2 * center - 1));
+    }
 }
 
 #if defined(PSPLIT_HAS_VECTORS)

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <optional>
 #include <random>
 #include <tuple>
@@ -204,6 +205,44 @@ TEST(Prediction, ANormalIsCorrectedFromTheOneBefore) {
   for (uint32_t v = 0; v < 4; ++v) {
     last = grid.correct(last, {corrections[2 * v], corrections[2 * v + 1]}, true);
     EXPECT_EQ(mesh.value(v, 2), (Values{last.s, last.t})) << v;
+  }
+}
+
+// Values in their own order, one for each pair of corrections.
+struct NormalRun {
+  explicit NormalRun(const Values& of) : corrections(of), values(of.size()) {
+    for (size_t v = 0; v < values.size() / 2; ++v) identity.push_back(static_cast<uint16_t>(v));
+    on.table.vertex = {identity.data(), identity.size()};
+    on.sequence = {on.table.vertex, on.table.vertex, static_cast<uint32_t>(identity.size())};
+    on.corrections = View<const int32_t>(corrections.data(), corrections.size());
+    on.values = {values.data(), values.size()};
+  }
+  std::vector<uint16_t> identity;
+  Values corrections, values;
+  PredictedValues<uint16_t, 2> on;
+};
+
+// Each has a grid of its own, and they end one after the other.
+TEST(Prediction, NormalsOfSeveralRunsAtOnceAreThoseOfEach) {
+  std::mt19937 random(1);
+  for (size_t count = 0; count < 8; ++count) {
+    std::vector<std::unique_ptr<NormalRun>> runs;
+    std::vector<NormalSteps<uint16_t>> steps(count);
+    std::vector<NormalSteps<uint16_t>*> pointers;
+    for (size_t n = 0; n < count; ++n) {
+      const OctahedralGrid grid(static_cast<int>(4 + n));
+      Values corrections(2 * (random() % 50));
+      for (int32_t& value : corrections) value = static_cast<int32_t>(random() % grid.max_quantized());
+      runs.push_back(std::make_unique<NormalRun>(corrections));
+      steps[n] = {runs[n]->on, grid, n % 2 == 0};
+      pointers.push_back(&steps[n]);
+    }
+    step_normals(pointers.data(), static_cast<uint32_t>(count));
+    for (size_t n = 0; n < count; ++n) {
+      NormalRun alone(runs[n]->corrections);
+      correct_normals_by_difference(alone.on, OctahedralGrid(static_cast<int>(4 + n)), n % 2 == 0);
+      EXPECT_EQ(runs[n]->values, alone.values) << n << " of " << count;
+    }
   }
 }
 
