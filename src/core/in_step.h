@@ -73,6 +73,17 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
   if constexpr (kRuns > 1) step_all<kRareInStep<kRuns - 1>, Run>(at, live);
 }
 
+// Sorts runs, so that the longest begin first: then few are left alone at the end.
+template <typename T>
+PSPLIT_HD void sort_longest_first(T** runs, uint32_t count) {
+  for (uint32_t i = 1; i < count; ++i)
+    for (uint32_t k = i; k > 0 && runs[k - 1]->steps_left() < runs[k]->steps_left(); --k) {
+      T* const longer = runs[k];
+      runs[k] = runs[k - 1];
+      runs[k - 1] = longer;
+    }
+}
+
 // Takes steps of runs of different kinds in turn, until the first of them ends.
 template <typename... Runs>
 PSPLIT_HD void step_in_turn(Runs&... runs) {

@@ -32,37 +32,65 @@ PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf
   constexpr uint32_t kMost = 16;
   Run* runs[kMost] = {};
   uint32_t count = 0;
+  const auto take_all = [&] {
+    if constexpr (requires { runs[0]->steps_left(); }) sort_longest_first(runs, count);
+    take(runs, count);
+    count = 0;
+  };
   for (uint32_t n = 0; n < decoder_count; ++n) {
     const auto list = list_of(*decoders[n]);
     for (size_t i = 0; i < list.size(); ++i) {
       runs[count++] = &run_of(list[i]);
-      if (count < kMost) continue;
-      take(runs, count);
-      count = 0;
+      if (count == kMost) take_all();
     }
   }
-  take(runs, count);
+  take_all();
 }
 
-// Takes the steps of a traversal and of a sequence of symbols in turn, until either ends. There are about two
-// symbols for each step of the traversal: half as many vertices as faces, and three components each.
+// Two symbols a step. There are about as many for each step of a traversal: half as many vertices as faces, and
+// three components each.
+template <bool kDirect>
+class SymbolPairSteps {
+ public:
+  PSPLIT_HD explicit SymbolPairSteps(SymbolSteps<kDirect> symbols) : symbols_(symbols) {}
+  PSPLIT_HD uint32_t steps_left() const { return symbols_.steps_left() / 2; }
+  PSPLIT_HD bool renew() { return symbols_.renew() && steps_left() > 0; }
+  PSPLIT_HD void step() {
+    symbols_.step();
+    symbols_.step();
+  }
+  PSPLIT_HD const SymbolSteps<kDirect>& symbols() const { return symbols_; }
+
+ private:
+  SymbolSteps<kDirect> symbols_;
+};
+
+// Takes steps of a stream's traversals, two at most, and of its sequences of symbols, one after the other, in
+// turn, until there are no more of either.
 template <typename Index>
-PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& sequence) {
-  sequence.fill_buckets();
-  const auto step = [&]<typename Symbols>(Symbols symbols) {
-    DepthFirstTraversal<Index> walk = traversal;
-    while (walk.running() && (symbols.steps_left() >= 2 || symbols.renew()) && symbols.steps_left() >= 2) {
-      walk.step();
-      symbols.step();
-      symbols.step();
+PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<SymbolSequence> sequences) {
+  using Traversal = DepthFirstTraversal<Index>;
+  const auto step = [&](auto symbols) {
+    while (symbols.steps_left() > 0 || symbols.renew()) {
+      Traversal* running[2] = {};
+      uint32_t count = 0;
+      for (size_t i = 0; i < traversals.size() && count < 2; ++i)
+        if (traversals[i].running()) running[count++] = &traversals[i];
+      if (count == 0) break;
+      if (count == 1)
+        step_in_turn(*running[0], symbols);
+      else
+        step_in_turn(*running[0], *running[1], symbols);
     }
-    traversal = walk;
-    sequence = symbols;
+    return symbols.symbols();
   };
-  if (sequence.is_direct())
-    step(SymbolSteps<true>(sequence));
-  else
-    step(SymbolSteps<false>(sequence));
+  for (size_t i = 0; i < sequences.size(); ++i) {
+    sequences[i].fill_buckets();
+    if (sequences[i].is_direct())
+      sequences[i] = step(SymbolPairSteps<true>(SymbolSteps<true>(sequences[i])));
+    else
+      sequences[i] = step(SymbolPairSteps<false>(SymbolSteps<false>(sequences[i])));
+  }
 }
 
 // Takes steps of a stream's predictions in turn: of three kinds until one ends, then of two. One may be left.
@@ -121,9 +149,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
     case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
       const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
-      // A single traversal and a single sequence run in step with each other.
-      if (count == 1 && traversals(*decoders[0]).size() == 1 && sequences(*decoders[0]).size() == 1)
-        step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
+      if (count == 1) step_chains(traversals(*decoders[0]), sequences(*decoders[0]));
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
       if constexpr (kHasCondensed)

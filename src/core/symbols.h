@@ -47,6 +47,7 @@ class SymbolSequence {
 
   PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
+  PSPLIT_HD uint32_t steps_left() const { return symbol_count_ - done_; }
   // To be called before steps.
   PSPLIT_HD void fill_buckets() { table_.fill_buckets(); }
   template <Lanes L>
@@ -102,7 +103,7 @@ class SymbolSteps : public SymbolSequence {
   SymbolSteps() = default;
   PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
   PSPLIT_HD bool running() const { return done() < limit_; }
-  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }
+  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }  // before renew
   PSPLIT_HD bool renew() {
     limit_ = done() + fast_steps();
     return running();

@@ -84,7 +84,7 @@ class Walk {
     face_seen_.of_face(corner) = true;
     --unseen_count_;
   }
-  PSPLIT_HD bool all_seen() const { return unseen_count_ == 0; }
+  PSPLIT_HD uint32_t unseen_count() const { return unseen_count_; }
   PSPLIT_HD bool vertex_seen(uint32_t vertex) const { return rank_[vertex] < kUnseenClosed; }
 
   // If the vertex at the corner is new, it comes next in the sequence. Returns whether it is new and closed.
@@ -132,7 +132,7 @@ class DepthFirstTraversal {
   template <Lanes L>
   PSPLIT_HD void begin(L lanes) {
     walk_.begin(lanes);
-    if (lanes.rank() == 0) running_ = begin_component();
+    if (lanes.rank() == 0) begin_component();
     lanes.sync();
   }
   // The memory that `allocate` takes.
@@ -145,7 +145,8 @@ class DepthFirstTraversal {
     walk_.give_back(arena);
     arena.give_back(waiting_);
   }
-  PSPLIT_HD bool running() const { return running_; }
+  PSPLIT_HD bool running() const { return steps_left() > 0; }
+  PSPLIT_HD uint32_t steps_left() const { return walk_.unseen_count(); }
 
   // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
   PSPLIT_HD PSPLIT_INLINE void step() {
@@ -159,30 +160,28 @@ class DepthFirstTraversal {
     if (!PSPLIT_MOVES_ROWS || waits != 0) waiting_[waiting_count_] = static_cast<Index>(left);
     waiting_count_ += waits;
     corner_ = select(0 - right_done, left, right);
-    if (PSPLIT_UNLIKELY((right_done & left_done) != 0)) running_ = go_back();
+    if (PSPLIT_UNLIKELY((right_done & left_done) != 0)) go_back();
   }
 
  private:
-  PSPLIT_HD PSPLIT_INLINE bool go_back() {
+  PSPLIT_HD PSPLIT_INLINE void go_back() {
     while (waiting_count_ > 0) {
       corner_ = waiting_[--waiting_count_];
-      if (walk_.face_seen(corner_) == 0) return true;
+      if (walk_.face_seen(corner_) == 0) return;
     }
-    return begin_component();
+    begin_component();
   }
-  PSPLIT_HD PSPLIT_INLINE bool begin_component() {
-    if (walk_.all_seen()) return false;
+  PSPLIT_HD PSPLIT_INLINE void begin_component() {
+    if (!running()) return;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
     walk_.see_vertex(previous(corner_));
-    return true;
   }
 
   Walk<Index> walk_;
   View<Index> waiting_;
   uint32_t corner_ = 0, waiting_count_ = 0, start_ = 0;
-  bool running_ = false;
 };
 
 // By prediction degree: goes first to faces whose vertices are all seen, then to faces whose new vertex can be
@@ -316,7 +315,7 @@ class PredictionDegreeTraversal {
     return before;
   }
   PSPLIT_HD PSPLIT_INLINE bool begin_component() {
-    if (walk_.all_seen()) return false;
+    if (walk_.unseen_count() == 0) return false;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
