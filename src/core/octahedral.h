@@ -104,11 +104,17 @@ class OctahedralGrid {
     const Floats square = x * x + y * y + z * z;
     Floats root{};
     for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = __builtin_sqrtf(square[k]);
-    const Floats inverse = 1.0f / root;
-    const Floats unit[3] = {x * inverse, y * inverse, z * inverse};
     // No float is between this bound and 1e-6, which is what unit_vector compares with.
-    for (uint32_t k = 0; k < kAtOnce; ++k)
-      for (uint32_t i = 0; i < 3; ++i) out[k][i] = square[k] <= 1e-6f ? 0 : unit[i][k];
+    const auto is_long = reinterpret_cast<Ints>(square > 1e-6f);
+    const auto unit = [=, inverse = 1.0f / root](Floats along) {
+      return reinterpret_cast<Floats>(reinterpret_cast<Ints>(along * inverse) & is_long);
+    };
+    const Floats ux = unit(x), uy = unit(y), uz = unit(z);
+    const Floats low = __builtin_shufflevector(ux, uy, 0, 4, 1, 5), high = __builtin_shufflevector(ux, uy, 2, 6, 3, 7);
+    const Floats rows[] = {
+        __builtin_shufflevector(low, uz, 0, 1, 4, 4), __builtin_shufflevector(low, uz, 2, 3, 5, 5),
+        __builtin_shufflevector(high, uz, 0, 1, 6, 6), __builtin_shufflevector(high, uz, 2, 3, 7, 7)};
+    for (uint32_t k = 0; k < kAtOnce; ++k) __builtin_memcpy(out[k], &rows[k], sizeof out[k]);
   }
 #endif
 

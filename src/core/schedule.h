@@ -84,12 +84,18 @@ PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<Sym
     }
     return symbols.symbols();
   };
-  for (size_t i = 0; i < sequences.size(); ++i) {
-    sequences[i].fill_buckets();
-    if (sequences[i].is_direct())
-      sequences[i] = step(SymbolPairSteps<true>(SymbolSteps<true>(sequences[i])));
+  constexpr uint32_t kMost = 16;
+  SymbolSequence* longest[kMost];
+  uint32_t count = 0;
+  for (; count < kMost && count < sequences.size(); ++count) longest[count] = &sequences[count];
+  sort_longest_first(longest, count);
+  for (uint32_t i = 0; i < count; ++i) {
+    SymbolSequence& sequence = *longest[i];
+    sequence.fill_buckets();
+    if (sequence.is_direct())
+      sequence = step(SymbolPairSteps<true>(SymbolSteps<true>(sequence)));
     else
-      sequences[i] = step(SymbolPairSteps<false>(SymbolSteps<false>(sequences[i])));
+      sequence = step(SymbolPairSteps<false>(SymbolSteps<false>(sequence)));
   }
 }
 
