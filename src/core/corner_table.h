@@ -25,13 +25,13 @@ inline constexpr uint64_t kMaxFaces = (uint64_t{kNone<Index>}) / 4;
 
 template <typename Index>
 PSPLIT_HD constexpr Index next(Index corner) {
-  const uint32_t c = corner, is_last = c >> 1 & 1;
-  return static_cast<Index>(c + 1 - 3 * is_last);
+  const uint32_t c = corner;
+  return static_cast<Index>((c & 2) != 0 ? c - 2 : c + 1);
 }
 template <typename Index>
 PSPLIT_HD constexpr Index previous(Index corner) {
-  const uint32_t c = corner, is_not_first = ((c & 3) + 1) >> 1;
-  return static_cast<Index>(c + 2 - 3 * is_not_first);
+  const uint32_t c = corner;
+  return static_cast<Index>((c & 3) != 0 ? c - 1 : c + 2);
 }
 
 // The numbers at the corners of a face, and the unused fourth. Tables are aligned to 16 bytes, so a device

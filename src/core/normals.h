@@ -72,6 +72,13 @@ class NormalSteps {
   uint32_t i_ = 0;
 };
 
+template <typename Index>
+PSPLIT_HD bool are_in_range(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid) {
+  bool are = true;
+  for (uint32_t i = 0; i < 2 * on.sequence.count; ++i) are &= is_in_range(grid, on.corrections[i]);
+  return are;
+}
+
 // Computes all values, also from corrections that no encoder writes.
 template <typename Index>
 PSPLIT_HD void correct_normals_by_difference(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid,
@@ -155,6 +162,19 @@ PSPLIT_HD View<Vec3> sum_normals(const CornerTable<Index>& table, const Position
 // The memory that it takes.
 PSPLIT_HD constexpr size_t normal_sum_bytes(uint64_t vertex_count) { return Arena::bytes<Vec3>(vertex_count); }
 
+// A normal that is about as long as 2^29 at most, so that a product with the grid's center fits. Returns the
+// sum of its magnitudes.
+PSPLIT_HD inline int64_t shorten(Vec3& normal) {
+  constexpr uint64_t kBound = 1u << 29;
+  constexpr uint64_t kMost = ~uint64_t{0} >> 1;
+  const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
+  const uint64_t length = x > kMost || y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
+  if (PSPLIT_LIKELY(length <= kBound)) return static_cast<int64_t>(length);
+  const auto quotient = static_cast<int64_t>(length / kBound);
+  normal = {normal.x / quotient, normal.y / quotient, normal.z / quotient};
+  return static_cast<int64_t>(magnitude(normal.x) + magnitude(normal.y) + magnitude(normal.z));
+}
+
 // Each normal is predicted from the positions around its vertex; a flip says that it points the other way. A
 // lane computes a value; the first one decodes all flips. `sums` are those of sum_normals, or empty.
 // Collective.
@@ -162,9 +182,6 @@ template <Lanes L, typename Index>
 PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& on,
                                      const Positions<Index>& positions, View<const Vec3> sums,
                                      PredictionData& data) {
-  // Normals are shortened to about this length, so that a product with the grid's center fits.
-  constexpr uint64_t kBound = 1u << 29;
-  constexpr uint64_t kMost = ~uint64_t{0} >> 1;
   const bool canonicalized = data.transform == Transform::kOctahedronCanonicalized;
   const uint32_t count = on.sequence.count;
   for (uint32_t first = 0; first < count; first += L::size()) {
@@ -177,12 +194,7 @@ PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& o
     if (i >= count) continue;
     const Index corner = on.sequence.corner[i];
     Vec3 normal = sums.empty() ? normal_at(on.table, positions, corner) : sums[on.table.vertex[corner]];
-    const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
-    const uint64_t length = x > kMost || y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
-    if (length > kBound) {
-      const auto quotient = static_cast<int64_t>(length / kBound);
-      normal = {normal.x / quotient, normal.y / quotient, normal.z / quotient};
-    }
+    shorten(normal);
     const int32_t* by = on.correction(i);
     int32_t* const out = on.at(corner);
     const Vec2 value = data.grid.correct(data.grid.project(normal, flip), {by[0], by[1]}, canonicalized);
@@ -190,5 +202,46 @@ PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& o
   }
   lanes.sync();
 }
+
+#if defined(PSPLIT_HAS_VECTORS)
+// The same for all values, several at once, if their corrections are in range (OctahedralChain) and the grid is
+// no finer than kMostExactBits. Then quotients of integers below 2^53 are computed as doubles: one that is not
+// whole is farther from the next integer than its rounding moves it.
+inline constexpr int kMostExactBits = 24;
+inline bool is_exact(const OctahedralGrid& grid) { return grid.max_quantized() >> kMostExactBits == 0; }
+template <typename Index>
+void predict_from_sums(const PredictedValues<Index, 2>& on, View<const Vec3> sums, PredictionData& data) {
+  using Ints = int32_t __attribute__((vector_size(16)));
+  using Half = int32_t __attribute__((vector_size(8)));
+  using Doubles = double __attribute__((vector_size(16)));
+  constexpr uint32_t kAtOnce = 4;
+  const auto center = static_cast<int64_t>(data.grid.max_quantized() / 2);
+  const uint32_t count = on.sequence.count;
+  OctahedralChain<Ints> chain(data.grid, data.transform == Transform::kOctahedronCanonicalized);
+  for (uint32_t first = 0; first < count; first += kAtOnce) {
+    const uint32_t some = count - first < kAtOnce ? count - first : kAtOnce;
+    int32_t* out[kAtOnce];
+    Ints x{}, y{}, is_back{}, flip{}, s{}, t{};
+    for (uint32_t k = 0; k < some; ++k) {
+      const uint32_t i = first + k, vertex = on.table.vertex[on.sequence.corner[i]];
+      Vec3 normal = sums[vertex];
+      int64_t length = shorten(normal);
+      if (PSPLIT_UNLIKELY(length == 0)) normal.x = length = 1;
+      const auto whole = static_cast<double>(length);
+      const Doubles scaled{static_cast<double>(normal.x * center), static_cast<double>(normal.y * center)};
+      const Half place = __builtin_convertvector(scaled / Doubles{whole, whole}, Half);
+      x[k] = place[0], y[k] = place[1];
+      is_back[k] = static_cast<int32_t>(normal.z >> 63);
+      flip[k] = -static_cast<int32_t>(data.flip(i));
+      const int32_t* by = on.correction(i);
+      s[k] = by[0], t[k] = by[1];
+      out[k] = on.of_vertex(vertex);
+    }
+    chain.start_at(x, y, is_back, flip);
+    chain.step(s, t);
+    for (uint32_t k = 0; k < some; ++k) out[k][0] = s[k], out[k][1] = t[k];
+  }
+}
+#endif
 
 }  // namespace psplit::core

@@ -110,7 +110,8 @@ class OctahedralGrid {
       return reinterpret_cast<Floats>(reinterpret_cast<Ints>(along * inverse) & is_long);
     };
     const Floats ux = unit(x), uy = unit(y), uz = unit(z);
-    const Floats low = __builtin_shufflevector(ux, uy, 0, 4, 1, 5), high = __builtin_shufflevector(ux, uy, 2, 6, 3, 7);
+    const Floats low = __builtin_shufflevector(ux, uy, 0, 4, 1, 5),
+                 high = __builtin_shufflevector(ux, uy, 2, 6, 3, 7);
     const Floats rows[] = {
         __builtin_shufflevector(low, uz, 0, 1, 4, 4), __builtin_shufflevector(low, uz, 2, 3, 5, 5),
         __builtin_shufflevector(high, uz, 0, 1, 6, 6), __builtin_shufflevector(high, uz, 2, 3, 7, 7)};

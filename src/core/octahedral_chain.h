@@ -19,7 +19,18 @@ class OctahedralChain {
   OctahedralChain() = default;
   // Starts at the corner (0, 0) of the square, whose mirror image is the center.
   PSPLIT_HD OctahedralChain(const OctahedralGrid& grid, bool canonicalized)
-      : center_(static_cast<int32_t>(grid.max_quantized() / 2)), beyond_(~0), canonicalized_(-canonicalized) {}
+      : center_(Int{} + static_cast<int32_t>(grid.max_quantized() / 2)),
+        beyond_(~Int{}),
+        canonicalized_(Int{} - static_cast<int32_t>(canonicalized)) {}
+
+  // Goes on from where a ray meets the octahedron at x and y; is_back says that z is negative, and flip that
+  // the ray points the other way. Both are masks.
+  PSPLIT_HD void start_at(Int x, Int y, Int is_back, Int flip) {
+    const Int z = center_ - negated(sign(x), x) - negated(sign(y), y);
+    s_ = negated(flip, y);
+    t_ = negated(flip ^ is_back, z);
+    beyond_ = sign(negated(flip, x));
+  }
 
   // Takes the next correction, and returns the next place in its stead.
   PSPLIT_HD PSPLIT_INLINE void step(Int& s, Int& t) {

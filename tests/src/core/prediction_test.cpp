@@ -246,6 +246,43 @@ TEST(Prediction, NormalsOfSeveralRunsAtOnceAreThoseOfEach) {
   }
 }
 
+#if defined(PSPLIT_HAS_VECTORS)
+// Short and long normals, those on axes, and none at all.
+TEST(Prediction, NormalsFromSumsAreThoseOfEachSum) {
+  std::mt19937_64 random(1);
+  for (const int bits : {2, 8, 10, kMostExactBits})
+    for (uint32_t count = 0; count < 200; count += 33) {
+      PredictionData data;
+      data.transform = bits % 4 == 0 ? Transform::kOctahedron : Transform::kOctahedronCanonicalized;
+      data.grid = OctahedralGrid(bits);
+      ASSERT_TRUE(is_exact(data.grid));
+      const auto any = [&] {
+        return static_cast<int64_t>(random()) >> (random() % 4 == 0 ? 63 : random() % 64);
+      };
+      std::vector<Vec3> sums(count);
+      std::vector<uint8_t> flips(count);
+      Values corrections(2 * size_t{count}), expected;
+      for (int32_t& value : corrections) value = static_cast<int32_t>(random() % data.grid.max_quantized());
+      for (uint32_t v = 0; v < count; ++v) {
+        sums[v] = {any(), any(), any()};
+        flips[v] = random() % 2;
+        Vec3 normal = sums[v];
+        shorten(normal);
+        const Vec2 at = data.grid.correct(data.grid.project(normal, flips[v] != 0),
+                                          {corrections[2 * v], corrections[2 * v + 1]},
+                                          data.transform == Transform::kOctahedronCanonicalized);
+        expected.insert(expected.end(), {at.s, at.t});
+      }
+      NormalRun run(corrections);
+      EXPECT_TRUE(are_in_range(run.on, data.grid));
+      data.flips_by_value = View<const uint8_t>(flips.data(), flips.size());
+      predict_from_sums(run.on, View<const Vec3>(sums.data(), sums.size()), data);
+      EXPECT_EQ(run.values, expected) << bits << " bits, " << count << " values";
+    }
+  EXPECT_FALSE(is_exact(OctahedralGrid(kMostExactBits + 1)));
+}
+#endif
+
 // A range of positions of 2^32 is more than any encoder has. Sums then wrap around: builds with a sanitizer for
 // overflows decode them, too.
 TEST(Prediction, PositionsOfAnySizeGiveNormalsOnTheGrid) {
