@@ -62,11 +62,12 @@ class Components {
   int32_t values_[kCount];
 };
 
-// Three components in one vector register, if the compiler has vectors. The fourth number means nothing.
+// Three or four components in one vector register, if the compiler has vectors. Of three, the fourth number
+// means nothing.
 #if defined(__GNUC__) && !PSPLIT_MOVES_ROWS
 #define PSPLIT_HAS_VECTORS 1
-template <>
-class Components<3> {
+template <uint32_t kCount>
+requires(kCount == 3 || kCount == 4) class Components<kCount> {
   using Lanes = uint32_t __attribute__((vector_size(16)));
   using Signed = int32_t __attribute__((vector_size(16)));
   using Half = int32_t __attribute__((vector_size(8)));

@@ -59,6 +59,14 @@ class ParallelogramSteps {
   PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
   PSPLIT_HD PSPLIT_INLINE void step() {
     using Block = typename WrappedValues<Index, kComponents>::Block;
+    if constexpr (sizeof(Index) == 4 && !PSPLIT_IS_SMALL_CODE) {
+      // Tables of 32 bits seldom fit a processor's second cache.
+      constexpr uint32_t kFar = 16, kNear = 8;
+      const uint32_t last = on_.sequence.count - 1;
+      PSPLIT_PREFETCH(&on_.table.opposite[on_.sequence.corner[i_ + kFar < last ? i_ + kFar : last]]);
+      const Index soon = on_.table.opposite[on_.sequence.corner[i_ + kNear < last ? i_ + kNear : last]];
+      PSPLIT_PREFETCH(&on_.table.vertex[soon == kNone<Index> ? 0 : soon]);
+    }
     const Index corner = on_.sequence.corner[i_];
     Parallelogram known{last_, on_.zeros, on_.zeros};
     find_parallelogram(on_, i_, corner, known);

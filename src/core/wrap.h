@@ -52,21 +52,21 @@ class Wrap {
 };
 
 #if defined(PSPLIT_HAS_VECTORS)
-template <>
-class Wrap<3> {
+template <uint32_t kCount>
+requires(kCount == 3 || kCount == 4) class Wrap<kCount> {
  public:
   Wrap() = default;
   explicit Wrap(const WrapRange& range) : low_(range.low), high_(range.high), modulus_(range.modulus) {}
 
-  Components<3> operator()(Components<3> predicted, Components<3> correction) const {
+  Components<kCount> operator()(Components<kCount> predicted, Components<kCount> correction) const {
     predicted = choose(above(predicted, high_), high_, predicted);
     predicted = choose(above(low_, predicted), low_, predicted);
-    const Components<3> value = predicted + correction;
+    const Components<kCount> value = predicted + correction;
     return value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
   }
 
  private:
-  Components<3> low_, high_, modulus_;
+  Components<kCount> low_, high_, modulus_;
 };
 #endif
 
