@@ -113,7 +113,7 @@ class StreamExpander {
       });
     } else {
       core::ContextSymbolSteps steps(section, models_, {fields_.symbols.data(), fields_.symbols.size()});
-      while (steps.running()) steps.step();
+      while (steps.steps_left() > 0) steps.step();
       section = steps.section();
     }
     add_section_bytes(begin, section, measured_.symbols, measured_.numbers);
@@ -233,7 +233,7 @@ class StreamExpander {
       return core::traverse_by_prediction_degree(group.table, arena, group.sequence);
     Walk walk;
     if (const Fault fault = walk.start(group.table, arena, group.sequence); fault != Fault::kNone) return fault;
-    while (walk.running()) walk.step();
+    while (walk.steps_left() > 0) walk.step();
     return walk.finish();
   }
 

@@ -134,7 +134,7 @@ class AttributeDecoder {
     for (uint32_t i = 0; i < integers_.size(); ++i)
       if (has_integers(i) && !integers_[i].is_predicted()) return false;
     for (size_t i = 0; i < condensed().size(); ++i)
-      if (condensed()[i].created.running()) return false;
+      if (condensed()[i].created.steps_left() > 0) return false;
     return true;
   }
   PSPLIT_HD Fault check_created() const {
@@ -212,7 +212,8 @@ class AttributeDecoder {
     const Attribute<Index>* const position = patch_.position_before(attribute);
     if (position == nullptr) return false;
     const auto i = static_cast<uint32_t>(position - patch_.attributes.data());
-    return has_integers(i) ? integers_[i].is_predicted() : is_condensed() && !condensed()[i].created.running();
+    return has_integers(i) ? integers_[i].is_predicted()
+                           : is_condensed() && condensed()[i].created.steps_left() == 0;
   }
 
   PSPLIT_HD Fault read_groups(ByteReader& reader) {

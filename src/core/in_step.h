@@ -13,19 +13,20 @@ inline constexpr uint32_t kInStep = 3;
 template <uint32_t kRuns>
 inline constexpr uint32_t kRareInStep = PSPLIT_IS_SMALL_CODE ? 1 : kRuns;
 
-// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and running(). It may have
-// renew(), which is called once running() is false and returns whether the run goes on after all. If a step has
-// several dependent parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then
-// the parts of all runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers,
-// and assigned back when one of those in turn ends.
+// Makes steps ready again, if the run can: it has renew(), which is called when steps_left() is 0.
+template <typename Run>
+PSPLIT_HD PSPLIT_INLINE void renew_steps(Run& run) {
+  if constexpr (requires { run.renew(); })
+    if (run.steps_left() == 0) run.renew();
+}
+
+// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and
+// steps_left(), which may be 0 before all steps are taken if it has renew(). If a step has several dependent
+// parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then the parts of all
+// runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers, and assigned back
+// when one of those in turn ends.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
-  const auto goes_on = [](Run& run) {
-    if constexpr (requires { run.renew(); })
-      return run.running() || run.renew();
-    else
-      return run.running();
-  };
   T* at[kRuns];
   uint32_t live = 0;
   for (uint32_t next = 0;;) {
@@ -34,9 +35,14 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
     if (live < kRuns) break;
     Run local[kRuns];
     for (uint32_t n = 0; n < kRuns; ++n) local[n] = Run(*at[n]);
-    if constexpr (requires { local[0].steps_left(); }) {
-      auto steps = local[0].steps_left();
-      for (const Run& run : local) steps = run.steps_left() < steps ? run.steps_left() : steps;
+    for (;;) {
+      uint32_t steps = ~uint32_t{0};
+      PSPLIT_UNROLL
+      for (Run& run : local) {
+        renew_steps(run);
+        steps = run.steps_left() < steps ? run.steps_left() : steps;
+      }
+      if (steps == 0) break;
       for (; steps > 0; --steps) {
         if constexpr (requires { Run::kParts; }) {
           PSPLIT_UNROLL
@@ -51,21 +57,11 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
           for (Run& run : local) run.step();
         }
       }
-    } else {
-      bool all = true;
-      for (const Run& run : local) all &= run.running();
-      while (all) {
-        PSPLIT_UNROLL
-        for (Run& run : local) {
-          run.step();
-          all &= run.running();
-        }
-      }
     }
     live = 0;
     for (uint32_t n = 0; n < kRuns; ++n) {
       T* const run = at[n];
-      const bool is_live = goes_on(local[n]);
+      const bool is_live = local[n].steps_left() > 0;
       *run = local[n];
       if (is_live) at[live++] = run;
     }
@@ -88,9 +84,12 @@ PSPLIT_HD void sort_longest_first(T** runs, uint32_t count) {
 template <typename... Runs>
 PSPLIT_HD void step_in_turn(Runs&... runs) {
   const auto step = [&](Runs... at) {
-    uint32_t steps = ~uint32_t{0};
-    ((steps = at.steps_left() < steps ? at.steps_left() : steps), ...);
-    for (; steps > 0; --steps) (at.step(), ...);
+    for (;;) {
+      uint32_t steps = ~uint32_t{0};
+      ((renew_steps(at), steps = at.steps_left() < steps ? at.steps_left() : steps), ...);
+      if (steps == 0) break;
+      for (; steps > 0; --steps) (at.step(), ...);
+    }
     ((runs = at), ...);
   };
   step(runs...);

@@ -18,7 +18,6 @@ class NormalSteps {
   PSPLIT_HD NormalSteps(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid, bool canonicalized)
       : on_(on), chain_(grid, canonicalized) {}
 
-  PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
   PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
   PSPLIT_HD PSPLIT_INLINE void step() {
     const int32_t* by = on_.correction(i_);
@@ -102,7 +101,7 @@ PSPLIT_HD void step_normals(NormalSteps<Index>* const* runs, uint32_t count) {
     uint32_t live = 0;
     for (uint32_t next = 0;;) {
       for (; live < Run::kAtOnce && next < count; ++next)
-        if (runs[next]->running()) at[live++] = runs[next];
+        if (runs[next]->steps_left() > 0) at[live++] = runs[next];
       if (live < 2) return step_all<1, Run>(at, live);
       for (uint32_t n = live; n < Run::kAtOnce; ++n) at[n] = at[n - 1];
       uint32_t steps = at[0]->steps_left();
@@ -111,7 +110,7 @@ PSPLIT_HD void step_normals(NormalSteps<Index>* const* runs, uint32_t count) {
       const uint32_t before = live;
       live = 0;
       for (uint32_t n = 0; n < before; ++n)
-        if (at[n]->running()) at[live++] = at[n];
+        if (at[n]->steps_left() > 0) at[live++] = at[n];
     }
   }
 #endif

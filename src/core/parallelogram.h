@@ -55,7 +55,6 @@ class ParallelogramSteps {
   PSPLIT_HD explicit ParallelogramSteps(const WrappedValues<Index, kComponents>& on)
       : on_(on), last_(on.zeros) {}
 
-  PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
   PSPLIT_HD uint32_t steps_left() const { return on_.sequence.count - i_; }
   PSPLIT_HD PSPLIT_INLINE void step() {
     using Block = typename WrappedValues<Index, kComponents>::Block;

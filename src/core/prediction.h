@@ -45,7 +45,7 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pre
     case Scheme::kDifference: return predict_by_difference(on, data.wrap), Fault::kNone;
     case Scheme::kParallelogram:
       if constexpr (kComponents != 2 && kComponents != 3)
-        for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.running();) steps.step();
+        for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.steps_left() > 0;) steps.step();
       return Fault::kNone;
     case Scheme::kMultiParallelogram: predict_by_multi_parallelogram(wrapped); return Fault::kNone;
     case Scheme::kConstrainedMultiParallelogram:

@@ -69,7 +69,7 @@ class BitSteps {
   BitSteps() = default;
   PSPLIT_HD BitSteps(RansBits bits, View<uint8_t> out)
       : bits_(bits), at_(out.data()), end_(out.data() + out.size()) {}
-  PSPLIT_HD bool running() const { return at_ != end_; }
+  PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - at_); }
   PSPLIT_HD void step() { *at_++ = static_cast<uint8_t>(bits_.next_fast()); }
 
  private:

@@ -33,7 +33,7 @@ PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf
   Run* runs[kMost] = {};
   uint32_t count = 0;
   const auto take_all = [&] {
-    if constexpr (requires { runs[0]->steps_left(); }) sort_longest_first(runs, count);
+    sort_longest_first(runs, count);
     take(runs, count);
     count = 0;
   };
@@ -54,7 +54,7 @@ class SymbolPairSteps {
  public:
   PSPLIT_HD explicit SymbolPairSteps(SymbolSteps<kDirect> symbols) : symbols_(symbols) {}
   PSPLIT_HD uint32_t steps_left() const { return symbols_.steps_left() / 2; }
-  PSPLIT_HD bool renew() { return symbols_.renew() && steps_left() > 0; }
+  PSPLIT_HD void renew() { symbols_.renew(); }
   PSPLIT_HD void step() {
     symbols_.step();
     symbols_.step();
@@ -71,11 +71,11 @@ template <typename Index>
 PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<SymbolSequence> sequences) {
   using Traversal = DepthFirstTraversal<Index>;
   const auto step = [&](auto symbols) {
-    while (symbols.steps_left() > 0 || symbols.renew()) {
+    for (renew_steps(symbols); symbols.steps_left() > 0; renew_steps(symbols)) {
       Traversal* running[2] = {};
       uint32_t count = 0;
       for (size_t i = 0; i < traversals.size() && count < 2; ++i)
-        if (traversals[i].running()) running[count++] = &traversals[i];
+        if (traversals[i].steps_left() > 0) running[count++] = &traversals[i];
       if (count == 0) break;
       if (count == 1)
         step_in_turn(*running[0], symbols);
@@ -106,11 +106,11 @@ PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
   ParallelogramSteps<Index, 2>* places = nullptr;
   NormalSteps<Index>* normals = nullptr;
   for (size_t i = 0; i < integers.size(); ++i) {
-    if (points == nullptr && integers[i].parallelograms_3d().running())
+    if (points == nullptr && integers[i].parallelograms_3d().steps_left() > 0)
       points = &integers[i].parallelograms_3d();
-    if (places == nullptr && integers[i].parallelograms_2d().running())
+    if (places == nullptr && integers[i].parallelograms_2d().steps_left() > 0)
       places = &integers[i].parallelograms_2d();
-    if (normals == nullptr && integers[i].normals().running()) normals = &integers[i].normals();
+    if (normals == nullptr && integers[i].normals().steps_left() > 0) normals = &integers[i].normals();
   }
   if (points != nullptr && places != nullptr && normals != nullptr) step_in_turn(*points, *places, *normals);
   if (points != nullptr && normals != nullptr) step_in_turn(*points, *normals);

@@ -102,12 +102,9 @@ class SymbolSteps : public SymbolSequence {
  public:
   SymbolSteps() = default;
   PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
-  PSPLIT_HD bool running() const { return done() < limit_; }
-  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }  // before renew
-  PSPLIT_HD bool renew() {
-    limit_ = done() + fast_steps();
-    return running();
-  }
+  // Until renew.
+  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }
+  PSPLIT_HD void renew() { limit_ = done() + fast_steps(); }
   PSPLIT_HD void step() { next_fast<kDirect>(); }
 
  private:

@@ -145,7 +145,6 @@ class DepthFirstTraversal {
     walk_.give_back(arena);
     arena.give_back(waiting_);
   }
-  PSPLIT_HD bool running() const { return steps_left() > 0; }
   PSPLIT_HD uint32_t steps_left() const { return walk_.unseen_count(); }
 
   // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
@@ -172,7 +171,7 @@ class DepthFirstTraversal {
     begin_component();
   }
   PSPLIT_HD PSPLIT_INLINE void begin_component() {
-    if (!running()) return;
+    if (steps_left() == 0) return;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
@@ -208,7 +207,7 @@ class PredictionDegreeTraversal {
   PSPLIT_HD void begin(L lanes) {
     walk_.begin(lanes);
     fill(lanes, degree_, uint8_t{0});
-    if (lanes.rank() == 0) running_ = begin_component();
+    if (lanes.rank() == 0) begin_component();
     lanes.sync();
   }
   // The memory that `allocate` takes.
@@ -217,7 +216,7 @@ class PredictionDegreeTraversal {
            Arena::bytes<Index>(2 * (uint64_t{2} * face_count + 1));
   }
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
-  PSPLIT_HD bool running() const { return running_; }
+  PSPLIT_HD uint32_t steps_left() const { return walk_.unseen_count(); }
 
   // Visits one face.
   PSPLIT_HD PSPLIT_INLINE void step() {
@@ -247,7 +246,7 @@ class PredictionDegreeTraversal {
       }
       wait(right, priority);
     }
-    running_ = go_back();
+    go_back();
   }
 
  private:
@@ -277,7 +276,7 @@ class PredictionDegreeTraversal {
     waiting_[move_top(priority, step_of(priority))] = static_cast<Index>(corner);
     if (priority < best_) best_ = priority;
   }
-  PSPLIT_HD PSPLIT_INLINE bool go_back() {
+  PSPLIT_HD PSPLIT_INLINE void go_back() {
     for (;;) {
       if (best_ == kPriorities) return begin_component();
       const uint32_t top = move_top(best_, 0);
@@ -288,7 +287,7 @@ class PredictionDegreeTraversal {
       const uint32_t back = 0 - step_of(best_);
       corner_ = waiting_[top + back];
       move_top(best_, back);
-      if (walk_.face_seen(corner_) == 0) return true;
+      if (walk_.face_seen(corner_) == 0) return;
     }
   }
   // The first stack grows upwards from the start of an array, the second one downwards from its end, and the
@@ -314,14 +313,13 @@ class PredictionDegreeTraversal {
     }
     return before;
   }
-  PSPLIT_HD PSPLIT_INLINE bool begin_component() {
-    if (walk_.unseen_count() == 0) return false;
+  PSPLIT_HD PSPLIT_INLINE void begin_component() {
+    if (steps_left() == 0) return;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
     walk_.see_vertex(previous(corner_));
     best_ = 0;
-    return true;
   }
 
   Walk<Index> walk_;
@@ -333,7 +331,6 @@ class PredictionDegreeTraversal {
   uint32_t top_[kPriorities] = {};
   uint32_t best_ = 0;  // no corner waits with a better priority
   uint32_t corner_ = 0, start_ = 0;
-  bool running_ = false;
 };
 
 // Makes the whole walk at once. On success the arena is as before afterwards.
@@ -343,7 +340,7 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
   const size_t mark = arena.mark();
   PredictionDegreeTraversal<Index> walk;
   if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
-  while (walk.running()) walk.step();
+  while (walk.steps_left() > 0) walk.step();
   arena.release(mark);
   return walk.finish();
 }

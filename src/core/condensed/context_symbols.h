@@ -36,8 +36,7 @@ class ContextSymbolSteps {
     *at_++ = kE;
   }
 
-  PSPLIT_HD bool running() const { return at_ != end_; }
-  PSPLIT_HD size_t steps_left() const { return static_cast<size_t>(end_ - at_); }
+  PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - at_); }
   PSPLIT_HD PSPLIT_INLINE void step() {
     const SymbolContext& context = contexts_[context_];
     uint32_t clers;

@@ -272,7 +272,7 @@ class CreatedValues {
   // Computes all values that have two or three components, as CreationSteps does, by lanes. Collective.
   template <Lanes L>
   PSPLIT_HD void predict(L lanes) {
-    const bool is_due = running() && (components_ == 2 || components_ == 3);
+    const bool is_due = steps_left() > 0 && (components_ == 2 || components_ == 3);
     lanes.sync();
     if (!is_due) return;
     if (components_ == 2)
@@ -282,8 +282,8 @@ class CreatedValues {
     if (lanes.rank() == 0) at_ = count_;
     lanes.sync();
   }
-  // Whether there are values to predict.
-  PSPLIT_HD bool running() const { return at_ < count_; }
+  // The values that are left to predict.
+  PSPLIT_HD uint32_t steps_left() const { return count_ - at_; }
 
  protected:
   CornerTable<Index> table_;
@@ -488,7 +488,8 @@ PSPLIT_HD void step_created(CreatedValues<Index>* const* all, uint32_t count) {
     for (uint32_t i = 0; i < count && chosen_count < kMost; ++i) {
       const uint32_t components = all[i]->components(),
                      fast = components == 3 || (kHasTwo && components == 2) ? components : 0;
-      if (all[i]->running() && fast == kComponents && all[i]->mode() == kMode) chosen[chosen_count++] = all[i];
+      if (all[i]->steps_left() > 0 && fast == kComponents && all[i]->mode() == kMode)
+        chosen[chosen_count++] = all[i];
     }
     step_all<kRareInStep<kRuns>, CreationSteps<Index, kComponents, kMode>>(chosen, chosen_count);
   };

@@ -21,10 +21,11 @@ class CondensedSeamSteps {
         at_(seams.data()),
         end_(seams.data()) {}
 
-  PSPLIT_HD bool running() const { return at_ != end_; }
+  // Of one attribute data.
+  PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - at_); }
   // Goes on to the next attribute data that has seams.
-  PSPLIT_HD bool renew() {
-    for (; left_ > 0 && !running(); --left_) {
+  PSPLIT_HD void renew() {
+    for (; left_ > 0 && steps_left() == 0; --left_) {
       const SeamModel& model = *models_++;
       if (has_seams_.read(1) != 0)
         end_ = at_ + edge_count_;
@@ -32,7 +33,6 @@ class CondensedSeamSteps {
         end_ = at_ += edge_count_;
       none_ = model.after[0], seam_ = model.after[1], last_ = 0;
     }
-    return running();
   }
   PSPLIT_HD void step() {
     last_ = section_.next_bit(select(0 - last_, seam_, none_));

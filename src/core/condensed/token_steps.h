@@ -53,8 +53,7 @@ class TokenSequence {
   PSPLIT_HD uint32_t components() const { return components_; }
   // Behind the tokens, when all steps were taken.
   PSPLIT_HD SectionReader& section() { return section_; }
-  PSPLIT_HD bool running() const { return table_of_ != end_; }
-  PSPLIT_HD size_t steps_left() const { return static_cast<size_t>(end_ - table_of_); }
+  PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - table_of_); }
 
   // Turns the tokens into symbols, after all steps. The lengths of bits are no chain as long as that of tokens.
   PSPLIT_HD void add_bits() {

@@ -252,7 +252,7 @@ TEST(ContextSymbols, DependOnTheLastSymbols) {
     SectionReader section(bytes.data(), bytes.size());
     ASSERT_EQ(section.start_words(0), Fault::kNone);
     ContextSymbolSteps steps(section, head.models(), {decoded.data(), decoded.size()});
-    while (steps.running()) steps.step();
+    while (steps.steps_left() > 0) steps.step();
     EXPECT_EQ(decoded, expected) << k;
     EXPECT_TRUE(steps.section().is_at_end()) << k;
   }
@@ -266,7 +266,7 @@ TEST(ContextSymbols, AreInvalidInAContextThatIsNeverUsed) {
   ASSERT_EQ(section.start_words(0), Fault::kNone);
   std::array<uint8_t, 2> decoded;
   ContextSymbolSteps steps(section, head.models(), {decoded.data(), decoded.size()});
-  while (steps.running()) steps.step();
+  while (steps.steps_left() > 0) steps.step();
   EXPECT_EQ(decoded[0], kE);
   EXPECT_EQ(decoded[1], SymbolContext::kInvalid);
 }

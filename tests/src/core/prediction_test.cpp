@@ -38,7 +38,7 @@ void expect_parallelogram(uint32_t components = kComponents) {
   SmallMesh mesh(kSquare);
   // Values 0 to 2 are predicted from the one before, and value 3 from the parallelogram.
   const auto on = mesh.values<kComponents>(repeated({10, 5, 100, -7}, components), components);
-  for (ParallelogramSteps<uint16_t, kComponents> steps({on, kWide}); steps.running();) steps.step();
+  for (ParallelogramSteps<uint16_t, kComponents> steps({on, kWide}); steps.steps_left() > 0;) steps.step();
   for (uint32_t v = 0; v < 4; ++v) {
     Values expected;
     for (int32_t k = 0; k < static_cast<int32_t>(components); ++k) {
@@ -200,7 +200,8 @@ TEST(Prediction, ANormalIsCorrectedFromTheOneBefore) {
   SmallMesh mesh(kSquare);
   const OctahedralGrid grid(4);
   const Values corrections{1, 2, -3, 4, 0, 0, 7, -7};
-  for (NormalSteps<uint16_t> steps(mesh.values<2>(corrections), grid, true); steps.running();) steps.step();
+  for (NormalSteps<uint16_t> steps(mesh.values<2>(corrections), grid, true); steps.steps_left() > 0;)
+    steps.step();
   Vec2 last;
   for (uint32_t v = 0; v < 4; ++v) {
     last = grid.correct(last, {corrections[2 * v], corrections[2 * v + 1]}, true);

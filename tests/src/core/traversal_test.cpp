@@ -31,7 +31,7 @@ Order walk(const ClersMesh& decoded, size_t bytes, uint32_t extra = 0) {
   Traversal traversal;
   if (!sequence.allocate(count, arena)) return {Fault::kWorkspace, {}};
   if (const Fault fault = traversal.start(table, arena, sequence); fault != Fault::kNone) return {fault, {}};
-  while (traversal.running()) traversal.step();
+  while (traversal.steps_left() > 0) traversal.step();
   Order order{traversal.finish(), {}};
   for (uint32_t i = 0; i < mesh.vertex_count && order.fault == Fault::kNone; ++i) {
     order.vertices.push_back(mesh.table.vertex[sequence.corner[i]]);
