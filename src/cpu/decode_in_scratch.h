@@ -18,11 +18,16 @@ namespace psplit {
 
 using core::kInStep;
 
-// The memory that any honest stream decodes in.
+// The memory that any honest stream decodes in. Where faces are flat or have charts of their own, a stock
+// stream has two points and more for each vertex: a short one gets memory for them, which costs nothing before
+// it is touched.
 template <typename Index>
 size_t likely_size(const PatchContainer& container, uint32_t patch,
                    std::span<const AttributeRequest> requests) {
-  core::ValueCounts values{container.likely_point_count(patch), static_cast<uint32_t>(requests.size()), 0};
+  constexpr uint64_t kMostForAVertex = sizeof(Index) == 2 ? 3 : 1;
+  const uint64_t likely = container.likely_point_count(patch), stated = container.entries[patch].point_count;
+  core::ValueCounts values{static_cast<uint32_t>(std::min(kMostForAVertex * likely, stated)),
+                           static_cast<uint32_t>(requests.size()), 0};
   for (const AttributeRequest& request : requests) values.components += request.component_count;
   const size_t stream_bytes = container.streams[patch].size();
   // Without memory for their sums, normals are slower.
