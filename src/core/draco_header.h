@@ -1,4 +1,5 @@
-// The front of a Draco stream: its kind and its counts. Draco bitstream specification 2.2, "header".
+// The front of a Draco mesh stream: its kind and its counts. Draco bitstream specification 2.2, "header". Point
+// clouds have a front of their own (cloud_header.h).
 #pragma once
 
 #include "src/core/byte_reader.h"
@@ -8,10 +9,11 @@
 namespace psplit::core {
 
 struct DracoHeader {
-  bool edgebreaker = false;  // otherwise a sequential mesh
+  bool edgebreaker = false;  // otherwise a sequential mesh or a point cloud
   bool valence = false;      // Edgebreaker's valence traversal, otherwise the standard one
   ConnectivityCounts counts;
-  uint32_t point_count = 0;           // sequential meshes only
+  bool is_cloud = false;              // sequential points without a list of faces
+  uint32_t point_count = 0;           // sequential meshes and point clouds only
   uint32_t attribute_data_count = 0;  // the number of attribute data, which may have seams
   ByteReader body;                    // reads what follows the header
 
@@ -89,25 +91,41 @@ PSPLIT_HD inline Fault read_sequential_counts(DracoHeader& header) {
   return header.counts.face_count > reader.remaining() / 3 ? Fault::kCounts : Fault::kNone;
 }
 
+enum class StreamKind : uint8_t { kPointCloud = 0, kMesh = 1 };  // the numbers are Draco's
+
+// What all Draco streams begin with.
+struct StreamFront {
+  uint32_t major = 0, minor = 0;  // the version of the bitstream
+  StreamKind kind = StreamKind::kMesh;
+  uint8_t method = 0;
+  bool has_metadata = false;
+};
+
+PSPLIT_HD inline Fault read_front(ByteReader& reader, StreamFront& front) {
+  constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
+  for (const uint8_t letter : kMagic)
+    if (reader.u8() != letter) return Fault::kNotDraco;
+  front.major = reader.u8(), front.minor = reader.u8();
+  front.kind = static_cast<StreamKind>(reader.u8());
+  front.method = reader.u8();
+  constexpr uint32_t kHasMetadata = 0x8000;
+  front.has_metadata = (reader.u16() & kHasMetadata) != 0;
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
 // Reads up to what a mesh of the header's kind begins with.
 PSPLIT_HD inline Fault read_kind(const uint8_t* bytes, size_t size, DracoHeader& header) {
   ByteReader& reader = header.body;
   reader = ByteReader(bytes, size);
-  constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
-  for (const uint8_t letter : kMagic)
-    if (reader.u8() != letter) return Fault::kNotDraco;
-  const uint32_t major = reader.u8(), minor = reader.u8();
-  const uint8_t kind = reader.u8(), method = reader.u8();
-  const uint32_t flags = reader.u16();
-  if (reader.truncated()) return Fault::kTruncated;
-  constexpr uint8_t kMesh = 1, kSequential = 0, kEdgebreaker = 1;
-  constexpr uint32_t kHasMetadata = 0x8000;
-  if (kind != kMesh) return Fault::kNotDraco;
-  if (major != 2 || minor != 2) return Fault::kVersion;
-  if (method != kSequential && method != kEdgebreaker) return Fault::kMethod;
-  if ((flags & kHasMetadata) != 0)
+  StreamFront front;
+  if (const Fault fault = read_front(reader, front); fault != Fault::kNone) return fault;
+  constexpr uint8_t kSequential = 0, kEdgebreaker = 1;
+  if (front.kind != StreamKind::kMesh) return Fault::kNotDraco;
+  if (front.major != 2 || front.minor != 2) return Fault::kVersion;
+  if (front.method != kSequential && front.method != kEdgebreaker) return Fault::kMethod;
+  if (front.has_metadata)
     if (const Fault fault = skip_metadata(reader); fault != Fault::kNone) return fault;
-  header.edgebreaker = method == kEdgebreaker;
+  header.edgebreaker = front.method == kEdgebreaker;
   return Fault::kNone;
 }
 
