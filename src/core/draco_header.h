@@ -2,9 +2,8 @@
 // clouds have a front of their own (cloud_header.h).
 #pragma once
 
-#include "src/core/byte_reader.h"
 #include "src/core/connectivity.h"
-#include "src/core/fault.h"
+#include "src/core/metadata.h"
 
 namespace psplit::core {
 
@@ -23,29 +22,6 @@ struct DracoHeader {
     return counts.face_count <= kMaxFaces<uint16_t> && counts.vertex_limit < kMost && point_count < kMost;
   }
 };
-
-// Skips metadata: names and values, which do not concern the geometry. Metadata may nest; this counts the parts
-// that are still to come, without recursion.
-PSPLIT_HD inline Fault skip_metadata(ByteReader& reader) {
-  const uint32_t attribute_count = reader.varint();
-  for (uint64_t i = 0; i <= attribute_count; ++i) {
-    if (i < attribute_count) reader.varint();  // the attribute's id; the last belongs to the whole mesh
-    uint64_t missing = 1;
-    for (bool is_outer = true; missing > 0; is_outer = false) {
-      --missing;
-      if (!is_outer) reader.skip(reader.u8());  // name
-      const uint32_t entry_count = reader.varint();
-      for (uint32_t entry = 0; entry < entry_count && !reader.truncated(); ++entry) {
-        reader.skip(reader.u8());
-        reader.skip(reader.varint());
-      }
-      missing += reader.varint();
-      if (reader.truncated()) return Fault::kTruncated;
-      if (missing > reader.remaining()) return Fault::kCounts;
-    }
-  }
-  return Fault::kNone;
-}
 
 // The checks of libdraco, and one that 32-bit numbers are enough for corners and vertices. Sets the limit of
 // vertices. The other counts are set.
