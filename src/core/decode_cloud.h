@@ -19,7 +19,11 @@ namespace psplit::core {
 template <typename Index>
 PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
   if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).decode();
-  return decode_patch<Index>(header, arena, out);
+  const Fault fault = decode_patch<Index>(header, arena, out);
+  // To libdraco, integers of no point are a failure.
+  for (uint32_t i = 0; fault == Fault::kNone && header.point_count == 0 && i < out.attributes.size(); ++i)
+    if (out.attributes[i].coding != Coding::kRaw) return Fault::kCounts;
+  return fault;
 }
 
 // Enough memory to decode any cloud that an encoder wrote, if `values` holds.

@@ -214,7 +214,7 @@ class CloudGenerator {
         append(bytes, uint64_t{0});          // bits and points of the tree
         if (minor == 3) bytes.push_back(5);  // the lowest number
       } else {
-        for (const int byte : {1, -2, 1}) bytes.push_back(static_cast<uint8_t>(byte));
+        bytes.push_back(0);  // plain values: libdraco refuses integers without a point
       }
       emit_if_decoded({name + ", no points, level " + std::to_string(level), bytes});
       if (!is_kd_tree) break;

@@ -106,6 +106,19 @@ TEST(DecodeCloud, RefusesEveryTruncation) {
   EXPECT_GT(count, 200u);
 }
 
+TEST(DecodeCloud, IntegersNeedAPoint) {
+  std::vector<uint8_t> bytes = {'D', 'R', 'A', 'C', 'O', 2, 3, 0, 0, 0, 0, 0, 0, 0, 0};      // no points
+  for (const int byte : {1, 1, 0, 3, 1, 0, 0}) bytes.push_back(static_cast<uint8_t>(byte));  // of 16 bits
+  std::vector<uint8_t> plain = bytes, integers = bytes;
+  plain.push_back(0);
+  for (const int byte : {1, -2, 1}) integers.push_back(static_cast<uint8_t>(byte));
+  RawMesh decoded;
+  EXPECT_EQ(decode_bytes(plain, decoded), Fault::kNone);
+  EXPECT_TRUE(decode_cloud_with_libdraco(plain));
+  EXPECT_EQ(decode_bytes(integers, decoded), Fault::kCounts);
+  EXPECT_FALSE(decode_cloud_with_libdraco(integers));
+}
+
 // A cloud of few bytes may claim 2^31 equal points: memory bounds it.
 TEST(DecodeCloud, ManyPointsNeedMemoryThatTheirBytesDoNotJustify) {
   for (const DracoStream& stream : small_draco_clouds()) {
