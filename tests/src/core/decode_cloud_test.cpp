@@ -3,6 +3,9 @@
 #include "src/core/decode_cloud.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <random>
 #include <set>
@@ -62,6 +65,24 @@ TEST(DecodeCloud, EqualsLibdracoOnEveryKindOfCloud) {
   EXPECT_GT(sequential, 100u);
   EXPECT_GT(old, 100u);
   for (const uint32_t count : {0u, 1u, 2u, 70'000u}) EXPECT_TRUE(counts.contains(count)) << count;
+}
+
+TEST(DecodeCloud, EqualsLibdracoOnTheCorpus) {
+  const std::filesystem::path corpus = PSPLIT_CORPUS;
+  if (!std::filesystem::exists(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
+  size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus)) {
+    if (entry.path().extension() != ".drc") continue;
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+    RawMesh decoded;
+    const Fault fault = decode_bytes(bytes, decoded);
+    if (fault == Fault::kNotDraco || fault == Fault::kVersion) continue;  // a mesh, or an older cloud
+    EXPECT_STREQ(fault_text(fault), fault_text(Fault::kNone)) << entry.path();
+    EXPECT_TRUE(decoded == must(decode_cloud_with_libdraco(bytes))) << entry.path();
+    ++count;
+  }
+  EXPECT_GT(count, 0u);
 }
 
 TEST(DecodeCloud, IsNotAMesh) {
