@@ -11,6 +11,7 @@
 
 #include "gltf_ext/document/buffer.h"
 #include "gltf_ext/json/json_fwd.h"
+#include "src/container/stream_description.h"
 #include "src/export.h"
 #include "src/status.h"
 
@@ -61,6 +62,13 @@ struct SpooledPoints {
   Buffer numbers{};
 };
 
+// The stream of a .drc file of points. No extension holds such streams: the document has what it decodes to, as
+// a plain primitive.
+struct StoredCloud {
+  StreamDescription stream;
+  uint64_t stream_bytes = 0;
+};
+
 // `buffers` has one entry for each of json()["buffers"], whether its bytes came from a GLB chunk, a data URI or
 // a file.
 struct Document : AssetTree {
@@ -70,6 +78,7 @@ struct Document : AssetTree {
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
   bool from_draco = false;  // a .drc file
+  std::optional<StoredCloud> cloud{};
   std::optional<SpooledPoints> spooled{};
 };
 

@@ -23,6 +23,27 @@ size_t append_stored_accessor(Document& document, const AccessorData& data) {
   return accessors.size() - 1;
 }
 
+Expected<Document> document_from_points(std::span<const uint8_t> stream, const DecodePoints& decode) {
+  StoredCloud cloud;
+  cloud.stream_bytes = stream.size();
+  const Expected<Mesh> points = decode(stream, cloud.stream);
+  if (!points) return points.status();
+  if (points->point_count == 0) return unsupported("a point cloud without points, which glTF cannot hold");
+  Document document = new_document();
+  Json attributes = Json::object();
+  for (const Attribute& attribute : points->attributes) {
+    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
+                            points->point_count, attribute.values};
+    attributes[attribute.semantic] =
+        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
+  }
+  constexpr int kPoints = 0;
+  primitive_json(document, {0, 0}) = {{"attributes", std::move(attributes)}, {"mode", kPoints}};
+  document.from_draco = true;
+  document.cloud = std::move(cloud);
+  return document;
+}
+
 }  // namespace
 
 bool is_draco(std::span<const uint8_t> bytes) {
@@ -30,9 +51,11 @@ bool is_draco(std::span<const uint8_t> bytes) {
   return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
 }
 
-Expected<Document> document_from_draco(std::span<const uint8_t> stream, const DescribeStream& describe) {
+Expected<Document> document_from_draco(std::span<const uint8_t> stream, const DescribeStream& describe,
+                                       const DecodePoints& decode_points) {
   const Status point_cloud = unsupported("a point cloud: only triangles can be split");
-  if (is_point_cloud_stream(stream)) return point_cloud;
+  if (is_point_cloud_stream(stream))
+    return decode_points ? document_from_points(stream, decode_points) : point_cloud;
   const Expected<StreamDescription> description = describe(stream);
   if (!description) return description.status();
   if (description->face_count == 0) return point_cloud;

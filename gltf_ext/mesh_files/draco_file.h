@@ -1,17 +1,27 @@
 // A .drc file, which is one Draco mesh stream, as a document.
 #pragma once
 
+#include <functional>
+#include <span>
+
 #include "gltf_ext/document/document.h"
 #include "src/container/stream_description.h"
+#include "src/mesh/mesh.h"
 
 namespace psplit {
 
 // Whether bytes begin with the magic of Draco.
 bool is_draco(std::span<const uint8_t> bytes);
 
+// Decodes a point cloud to a mesh without faces, and describes it: decode_draco (src/cpu/cpu_backend.h) does.
+using DecodePoints = std::function<Expected<Mesh>(std::span<const uint8_t> stream, StreamDescription&)>;
+
 // A document of one node. Its primitive holds the unchanged stream as KHR_draco_mesh_compression, with the
 // attributes of gltf_attributes. `describe` is called once; the stream is not decoded otherwise. Errors: those
-// of `describe` and gltf_attributes, and kUnsupported for point clouds.
-Expected<Document> document_from_draco(std::span<const uint8_t> stream, const DescribeStream& describe);
+// of `describe` and gltf_attributes, and kUnsupported for point clouds. If `decode_points` is not empty, the
+// document of a point cloud has a plain primitive of points, and Document::cloud. Errors are those of
+// `decode_points` then, and kUnsupported for a cloud without points, which glTF cannot hold.
+Expected<Document> document_from_draco(std::span<const uint8_t> stream, const DescribeStream& describe,
+                                       const DecodePoints& decode_points = {});
 
 }  // namespace psplit

@@ -37,10 +37,10 @@ Expected<std::vector<uint8_t>> read_all(Scanner& scanner) {
 }
 
 Expected<Document> read_whole_file(Scanner& scanner, AssetFormat format, const fs::path& source,
-                                   const DescribeStream& describe) {
+                                   const DescribeStream& describe, const DecodePoints& decode_points) {
   Expected<std::vector<uint8_t>> bytes = read_all(scanner);
   if (!bytes) return bytes.status();
-  return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe)
+  return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe, decode_points)
                                        : parse_document(std::move(*bytes), source);
 }
 
@@ -119,7 +119,8 @@ bool is_plain_file(const fs::path& source) {
 
 // `mapped`: the bytes of the stream, or null.
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
-                            const DescribeStream& describe, FileAccess access, const MappedFile* mapped) {
+                            const DescribeStream& describe, FileAccess access, const MappedFile* mapped,
+                            const DecodePoints& decode_points) {
   Expected<Scanner> opened = open_scanner(std::move(stream));
   if (!opened) return opened.status();
   Scanner& scanner = *opened;
@@ -129,7 +130,7 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
   if (format == AssetFormat::kGltf && mapped != nullptr && !is_gzip(mapped->bytes()))
     return asset_of(parse_document(*mapped, source));
   if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
-    return asset_of(read_whole_file(scanner, *format, source, describe));
+    return asset_of(read_whole_file(scanner, *format, source, describe, decode_points));
   if (format) return read_mesh_file(scanner, *format, source);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "no format that is read; " + asset_extensions_text() + " files are";
@@ -137,10 +138,10 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
 }
 
 Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source, const DescribeStream& describe,
-                     FileAccess access, const MappedFile* mapped = nullptr) {
+                     FileAccess access, const MappedFile* mapped, const DecodePoints& decode_points) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
-    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access, mapped);
+    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access, mapped, decode_points);
     if (!asset) return asset.status().at(place);
     asset->document.source = source;
     std::vector<fs::path>& files = asset->document.files;
@@ -182,18 +183,19 @@ void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::
 
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
                            const DescribeStream& describe) {
-  return read(std::move(stream), source, describe, FileAccess::kRead);
+  return read(std::move(stream), source, describe, FileAccess::kRead, nullptr, {});
 }
 
-Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const DescribeStream& describe) {
-  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file);
+Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const DescribeStream& describe,
+                           const DecodePoints& decode_points) {
+  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file, decode_points);
 }
 
 Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access,
-                           const Progress& progress) {
+                           const Progress& progress, const DecodePoints& decode_points) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
-  return read(std::move(*stream), path, describe, access);
+  return read(std::move(*stream), path, describe, access, nullptr, decode_points);
 }
 
 Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder) {

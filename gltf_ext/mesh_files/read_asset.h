@@ -10,6 +10,7 @@
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
+#include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/scanner.h"
 #include "src/container/stream_description.h"
@@ -32,14 +33,16 @@ struct Asset {
 // content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
 // decides. `describe` describes a Draco stream (gltf_ext/mesh_files/draco_file.h). Mesh files are read through
 // a window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
-// `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped.
-// Errors: kIo, kInvalidInput, kUnsupported (another format, a point cloud).
+// `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped. Draco
+// files of points are read if `decode_points` is not empty. Errors: kIo, kInvalidInput, kUnsupported (another
+// format, another point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
-                           FileAccess access = FileAccess::kRead, const Progress& progress = {});
+                           FileAccess access = FileAccess::kRead, const Progress& progress = {},
+                           const DecodePoints& decode_points = {});
 
 // The same for a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
-                           const DescribeStream& describe);
+                           const DescribeStream& describe, const DecodePoints& decode_points = {});
 
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,

@@ -47,6 +47,8 @@ const char* coding_name(StreamCoding coding) {
     case StreamCoding::kEdgebreaker: return "edgebreaker";
     case StreamCoding::kEdgebreakerPredictive: return "edgebreaker-predictive";
     case StreamCoding::kEdgebreakerValence: return "edgebreaker-valence";
+    case StreamCoding::kCloudSequential: return "cloud-sequential";
+    case StreamCoding::kCloudKdTree: return "cloud-kd-tree";
   }
   return "";
 }

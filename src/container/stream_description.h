@@ -1,4 +1,4 @@
-// The contents of a Draco mesh stream, and the glTF attributes that they become.
+// The contents of a Draco stream, and the glTF attributes that they become.
 #pragma once
 
 #include <cstdint>
@@ -54,13 +54,19 @@ enum class StreamCoding : uint8_t {
   kEdgebreaker,            // the standard traversal
   kEdgebreakerPredictive,  // streams before 2.2 only
   kEdgebreakerValence,
+  kCloudSequential,  // point clouds
+  kCloudKdTree,
 };
-// "sequential", "edgebreaker", "edgebreaker-predictive", "edgebreaker-valence".
+constexpr bool is_cloud(StreamCoding coding) {
+  return coding == StreamCoding::kCloudSequential || coding == StreamCoding::kCloudKdTree;
+}
+// "sequential", "edgebreaker", "edgebreaker-predictive", "edgebreaker-valence", "cloud-sequential",
+// "cloud-kd-tree".
 PSPLIT_EXPORT const char* coding_name(StreamCoding coding);
 
 struct StreamDescription {
   StreamCoding coding = StreamCoding::kSequential;
-  uint32_t face_count = 0, point_count = 0;  // as decoded
+  uint32_t face_count = 0, point_count = 0;  // as decoded; a point cloud has no faces
   std::vector<StreamAttribute> attributes;   // in the order of the stream
 
   friend bool operator==(const StreamDescription& a, const StreamDescription& b) {

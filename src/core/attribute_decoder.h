@@ -22,25 +22,17 @@ class AttributeDecoder {
     const uint32_t group_count = reader.u8();
     if (reader.truncated()) return Fault::kTruncated;
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
-    // A description takes more than 4 bytes.
-    const size_t most = reader.remaining() / 4 < kMaxAttributes ? reader.remaining() / 4 : kMaxAttributes;
     if (!arena_.take(patch_.groups, group_count) || !arena_.take(traversals_, group_count))
       return Fault::kWorkspace;
-    if (const Fault fault = read_groups(reader); fault != Fault::kNone) return fault;
+    Fault fault = read_groups(reader);
+    if (fault != Fault::kNone) return fault;
     uint32_t attribute_count = 0;
-    for (uint32_t g = 0; g < group_count; ++g) {
-      ByteReader ahead = reader;
-      const uint64_t count = uint64_t{attribute_count} + ahead.varint();
-      arena_.trim(patch_.attributes, 0);  // grows where it is
-      if (!arena_.take(patch_.attributes, count < most ? count : most)) return Fault::kWorkspace;
-      const Fault fault = read_descriptions(reader, static_cast<uint8_t>(g), patch_.groups[g],
-                                            patch_.attributes, attribute_count);
-      if (fault != Fault::kNone) return fault;
-    }
+    fault = read_attributes(reader, patch_.groups, arena_, patch_.attributes, attribute_count,
+                            read_descriptions<Index>);
+    if (fault != Fault::kNone) return fault;
     if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
-    Fault fault = Fault::kNone;
     if (is_condensed()) fault = condensed_.read(header_.condensed, reader, patch_, integers_, arena_);
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
     return fault != Fault::kNone || is_condensed() ? fault : read(reader);

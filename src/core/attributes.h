@@ -65,10 +65,10 @@ struct Group {
   Sequence<Index> sequence;
 };
 
-// Reads the descriptions of a group's attributes, and appends them to `attributes`.
+// Reads the descriptions of a group's attributes, without their codings, and appends them to `attributes`.
 template <typename Index>
-PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Group<Index>& group,
-                                  View<Attribute<Index>> attributes, uint32_t& attribute_count) {
+PSPLIT_HD Fault read_types(ByteReader& reader, uint8_t group_number, Group<Index>& group,
+                           View<Attribute<Index>> attributes, uint32_t& attribute_count) {
   group.first = attribute_count;
   group.count = reader.varint();
   if (reader.truncated()) return Fault::kTruncated;
@@ -89,6 +89,15 @@ PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Grou
       return reader.truncated() ? Fault::kTruncated : Fault::kAttribute;
     attribute.type = static_cast<DataType>(type);
   }
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
+// The same with their codings.
+template <typename Index>
+PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Group<Index>& group,
+                                  View<Attribute<Index>> attributes, uint32_t& attribute_count) {
+  const Fault fault = read_types(reader, group_number, group, attributes, attribute_count);
+  if (fault != Fault::kNone) return fault;
   for (uint32_t i = 0; i < group.count; ++i) {
     Attribute<Index>& attribute = attributes[group.first + i];
     const uint8_t coding = reader.u8();
@@ -101,6 +110,24 @@ PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Grou
       return Fault::kAttribute;
   }
   return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
+// Reads the descriptions of all groups to `attributes`, which the arena took last or not at all. `read` is
+// read_types or read_descriptions.
+template <typename Index, typename Read>
+PSPLIT_HD Fault read_attributes(ByteReader& reader, View<Group<Index>> groups, Arena& arena,
+                                View<Attribute<Index>>& attributes, uint32_t& attribute_count, Read read) {
+  // A description takes more than 4 bytes.
+  const size_t most = reader.remaining() / 4 < kMaxAttributes ? reader.remaining() / 4 : kMaxAttributes;
+  for (uint32_t g = 0; g < groups.size(); ++g) {
+    ByteReader ahead = reader;
+    const uint64_t count = uint64_t{attribute_count} + ahead.varint();
+    arena.trim(attributes, 0);  // grows where it is
+    if (!arena.take(attributes, count < most ? count : most)) return Fault::kWorkspace;
+    const Fault fault = read(reader, static_cast<uint8_t>(g), groups[g], attributes, attribute_count);
+    if (fault != Fault::kNone) return fault;
+  }
+  return Fault::kNone;
 }
 
 // Reads the numbers that turn integers into values of the attribute's own type.

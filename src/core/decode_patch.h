@@ -134,7 +134,7 @@ class PatchDecoder {
 
   PSPLIT_HD Fault read_sequential_faces() {
     patch_.point_count = header_.point_count;
-    return decode_sequential_faces(reader_, arena_, patch_);
+    return header_.is_cloud ? Fault::kNone : decode_sequential_faces(reader_, arena_, patch_);
   }
 
   // Ends at the next stop if there are symbols to decode before faces can be added.

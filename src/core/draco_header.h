@@ -1,17 +1,18 @@
-// The front of a Draco stream: its kind and its counts. Draco bitstream specification 2.2, "header".
+// The front of a Draco mesh stream: its kind and its counts. Draco bitstream specification 2.2, "header". Point
+// clouds have a front of their own (cloud_header.h).
 #pragma once
 
-#include "src/core/byte_reader.h"
 #include "src/core/connectivity.h"
-#include "src/core/fault.h"
+#include "src/core/metadata.h"
 
 namespace psplit::core {
 
 struct DracoHeader {
-  bool edgebreaker = false;  // otherwise a sequential mesh
+  bool edgebreaker = false;  // otherwise a sequential mesh or a point cloud
   bool valence = false;      // Edgebreaker's valence traversal, otherwise the standard one
   ConnectivityCounts counts;
-  uint32_t point_count = 0;           // sequential meshes only
+  bool is_cloud = false;              // sequential points without a list of faces
+  uint32_t point_count = 0;           // sequential meshes and point clouds only
   uint32_t attribute_data_count = 0;  // the number of attribute data, which may have seams
   ByteReader body;                    // reads what follows the header
 
@@ -21,29 +22,6 @@ struct DracoHeader {
     return counts.face_count <= kMaxFaces<uint16_t> && counts.vertex_limit < kMost && point_count < kMost;
   }
 };
-
-// Skips metadata: names and values, which do not concern the geometry. Metadata may nest; this counts the parts
-// that are still to come, without recursion.
-PSPLIT_HD inline Fault skip_metadata(ByteReader& reader) {
-  const uint32_t attribute_count = reader.varint();
-  for (uint64_t i = 0; i <= attribute_count; ++i) {
-    if (i < attribute_count) reader.varint();  // the attribute's id; the last belongs to the whole mesh
-    uint64_t missing = 1;
-    for (bool is_outer = true; missing > 0; is_outer = false) {
-      --missing;
-      if (!is_outer) reader.skip(reader.u8());  // name
-      const uint32_t entry_count = reader.varint();
-      for (uint32_t entry = 0; entry < entry_count && !reader.truncated(); ++entry) {
-        reader.skip(reader.u8());
-        reader.skip(reader.varint());
-      }
-      missing += reader.varint();
-      if (reader.truncated()) return Fault::kTruncated;
-      if (missing > reader.remaining()) return Fault::kCounts;
-    }
-  }
-  return Fault::kNone;
-}
 
 // The checks of libdraco, and one that 32-bit numbers are enough for corners and vertices. Sets the limit of
 // vertices. The other counts are set.
@@ -89,25 +67,41 @@ PSPLIT_HD inline Fault read_sequential_counts(DracoHeader& header) {
   return header.counts.face_count > reader.remaining() / 3 ? Fault::kCounts : Fault::kNone;
 }
 
+enum class StreamKind : uint8_t { kPointCloud = 0, kMesh = 1 };  // the numbers are Draco's
+
+// What all Draco streams begin with.
+struct StreamFront {
+  uint32_t major = 0, minor = 0;  // the version of the bitstream
+  StreamKind kind = StreamKind::kMesh;
+  uint8_t method = 0;
+  bool has_metadata = false;
+};
+
+PSPLIT_HD inline Fault read_front(ByteReader& reader, StreamFront& front) {
+  constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
+  for (const uint8_t letter : kMagic)
+    if (reader.u8() != letter) return Fault::kNotDraco;
+  front.major = reader.u8(), front.minor = reader.u8();
+  front.kind = static_cast<StreamKind>(reader.u8());
+  front.method = reader.u8();
+  constexpr uint32_t kHasMetadata = 0x8000;
+  front.has_metadata = (reader.u16() & kHasMetadata) != 0;
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
 // Reads up to what a mesh of the header's kind begins with.
 PSPLIT_HD inline Fault read_kind(const uint8_t* bytes, size_t size, DracoHeader& header) {
   ByteReader& reader = header.body;
   reader = ByteReader(bytes, size);
-  constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
-  for (const uint8_t letter : kMagic)
-    if (reader.u8() != letter) return Fault::kNotDraco;
-  const uint32_t major = reader.u8(), minor = reader.u8();
-  const uint8_t kind = reader.u8(), method = reader.u8();
-  const uint32_t flags = reader.u16();
-  if (reader.truncated()) return Fault::kTruncated;
-  constexpr uint8_t kMesh = 1, kSequential = 0, kEdgebreaker = 1;
-  constexpr uint32_t kHasMetadata = 0x8000;
-  if (kind != kMesh) return Fault::kNotDraco;
-  if (major != 2 || minor != 2) return Fault::kVersion;
-  if (method != kSequential && method != kEdgebreaker) return Fault::kMethod;
-  if ((flags & kHasMetadata) != 0)
+  StreamFront front;
+  if (const Fault fault = read_front(reader, front); fault != Fault::kNone) return fault;
+  constexpr uint8_t kSequential = 0, kEdgebreaker = 1;
+  if (front.kind != StreamKind::kMesh) return Fault::kNotDraco;
+  if (front.major != 2 || front.minor != 2) return Fault::kVersion;
+  if (front.method != kSequential && front.method != kEdgebreaker) return Fault::kMethod;
+  if (front.has_metadata)
     if (const Fault fault = skip_metadata(reader); fault != Fault::kNone) return fault;
-  header.edgebreaker = method == kEdgebreaker;
+  header.edgebreaker = front.method == kEdgebreaker;
   return Fault::kNone;
 }
 

@@ -21,6 +21,7 @@ enum class Fault : uint8_t {
   kAttribute,     // an attribute's type, component count or transform
   kPrediction,    // prediction data that contradicts the mesh
   kIndex,         // a face with a point that does not exist
+  kTree,          // a kD-tree that splits more points than it has, or along an axis that does not exist
   kSection,       // a condensed section that does not end where its data ends
   kRow,           // counts other than those of the directory's row
   kRequest,       // a requested attribute is missing or has another type
@@ -47,6 +48,7 @@ constexpr const char* fault_text(Fault fault) {
     case Fault::kAttribute: return "an attribute whose description contradicts itself";
     case Fault::kPrediction: return "prediction data that contradicts the mesh";
     case Fault::kIndex: return "a face with a point that does not exist";
+    case Fault::kTree: return "a kD-tree that contradicts itself";
     case Fault::kSection: return "a condensed section that does not end where its data ends";
     case Fault::kRow: return "counts other than the directory's";
     case Fault::kRequest: return "a requested attribute is missing or has another type";

@@ -10,7 +10,7 @@
 #include "src/container/border_values.h"
 #include "src/container/claims.h"
 #include "src/container/stream_description.h"
-#include "src/core/workspace.h"
+#include "src/core/decode_cloud.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/scratch.h"
 
@@ -46,29 +46,58 @@ const core::StreamHeader& complete_header(const PatchContainer& container, const
   return memory.header;
 }
 
-// Decodes a patch, and returns the status that use(patch, arena) returns. If `use` returns std::nullopt because
-// it needs more memory than the arena has left, or if the scratch was too small, decodes again in more memory,
-// up to the amount that the stream's bytes justify.
+// Decodes a stream of `stream_bytes` bytes, and returns the status that use(arena) returns. decode(arena)
+// returns a core::Fault. If it or `use`, which returns std::nullopt then, needs more memory than the first
+// `size` bytes, decodes again in more memory, up to the amount that the stream's bytes justify.
+template <typename Decode, typename Use>
+Status decode_in_enough(StreamMemory<NarrowIndex>& memory, size_t size, size_t stream_bytes, Decode decode,
+                        Use use) {
+  const uint64_t most = core::justified_bytes(stream_bytes);
+  for (size = static_cast<size_t>(std::min<uint64_t>(size, most));;
+       size = static_cast<size_t>(std::min<uint64_t>(2 * memory.size, most))) {
+    core::Arena arena = memory.arena(size);
+    const core::Fault fault = decode(arena);
+    if (fault == core::Fault::kNone) {
+      if (std::optional<Status> status = use(arena)) return std::move(*status);
+    } else if (fault != core::Fault::kWorkspace) {
+      return status_of(fault);
+    }
+    if (memory.size >= most) return status_of(core::Fault::kWorkspace);
+  }
+}
+
+// Decodes a patch, and returns the status that use(patch, arena) returns; std::nullopt stands for too little
+// memory.
 template <typename Use>
 Status with_decoded(const PatchContainer& container, const BorderValues& borders, uint32_t patch,
                     std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
-  const core::StreamHeader& header = complete_header(container, borders, patch, scratch.streams[0]);
-  const uint64_t most = core::justified_bytes(container.streams[patch].size());
-  const auto decode = [&]<typename Index>(core::Patch<Index>& decoded) -> Status {
-    for (size_t size = likely_size<Index>(container, patch, requests);;
-         size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.streams[0].size, most))) {
-      core::Arena arena = scratch.streams[0].arena(size);
-      decoded = {};
-      const core::Fault fault = core::decode_patch<Index>(header, arena, decoded);
-      if (fault == core::Fault::kNone) {
-        if (std::optional<Status> status = use(decoded, arena)) return std::move(*status);
-      } else if (fault != core::Fault::kWorkspace) {
-        return status_of(fault);
-      }
-      if (scratch.streams[0].size >= most) return status_of(core::Fault::kWorkspace);
-    }
+  StreamMemory<NarrowIndex>& memory = scratch.streams[0];
+  const core::StreamHeader& header = complete_header(container, borders, patch, memory);
+  const auto decode = [&]<typename Index>(core::Patch<Index>& decoded) {
+    return decode_in_enough(
+        memory, likely_size<Index>(container, patch, requests), container.streams[patch].size(),
+        [&](core::Arena& arena) {
+          decoded = {};
+          return core::decode_patch<Index>(header, arena, decoded);
+        },
+        [&](core::Arena& arena) -> std::optional<Status> { return use(decoded, arena); });
   };
-  return header.fits_16_bits() ? decode(scratch.streams[0].patch) : decode(scratch.wide);
+  return header.fits_16_bits() ? decode(memory.patch) : decode(scratch.wide);
+}
+
+// Decodes a point cloud, and returns the status that use(patch) returns.
+template <typename Use>
+Status with_decoded_cloud(const core::CloudHeader& header, size_t stream_bytes, Scratch& scratch, Use use) {
+  core::Patch<uint32_t>& decoded = scratch.wide;
+  // As many values as most clouds have: a position, a normal and a colour.
+  const core::ValueCounts likely{header.point_count, 3, 9};
+  return decode_in_enough(
+      scratch.streams[0], core::cloud_workspace_bytes<uint32_t>(header, stream_bytes, likely), stream_bytes,
+      [&](core::Arena& arena) {
+        decoded = {};
+        return core::decode_cloud<uint32_t>(header, arena, decoded);
+      },
+      [&](core::Arena&) -> std::optional<Status> { return use(decoded); });
 }
 
 // A stream to decode, of any container.

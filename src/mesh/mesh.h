@@ -66,7 +66,7 @@ struct Attribute {
 
 struct Mesh {
   uint32_t point_count = 0;
-  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count
+  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count; none: a point cloud
   std::vector<Attribute> attributes;     // semantics are unique; POSITION is one of them
 
   // Null if the mesh has no such attribute.

@@ -13,6 +13,7 @@
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/patch_container.h"
+#include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/patched_samples.h"
@@ -76,13 +77,15 @@ int main(int argc, char** argv) {
     std::cerr << "usage: write_seeds FOLDER\n";
     return 1;
   }
-  const fs::path folder = argv[1], core = folder / "core_fuzzer", container = folder / "container_fuzzer",
-                 expand = folder / "expand_fuzzer", document = folder / "document_fuzzer",
-                 mesh_file = folder / "mesh_file_fuzzer", mesh = folder / "mesh_fuzzer";
-  for (const fs::path& path : {core, container, expand, document, mesh_file, mesh})
+  const fs::path folder = argv[1], core = folder / "core_fuzzer", cloud = folder / "cloud_fuzzer",
+                 container = folder / "container_fuzzer", expand = folder / "expand_fuzzer",
+                 document = folder / "document_fuzzer", mesh_file = folder / "mesh_file_fuzzer",
+                 mesh = folder / "mesh_fuzzer";
+  for (const fs::path& path : {core, cloud, container, expand, document, mesh_file, mesh})
     fs::create_directories(path);
   size_t number = 0;
   for (const psplit::DracoStream& stream : psplit::small_draco_streams()) write(core, number++, stream.bytes);
+  for (const psplit::DracoStream& stream : psplit::small_draco_clouds()) write(cloud, number++, stream.bytes);
   // The first byte selects a name.
   for (std::string seed : psplit::mesh_file_seeds()) {
     seed.insert(0, 1, static_cast<char>(number % 4));

@@ -2,10 +2,31 @@
 
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
+#include <draco/point_cloud/point_cloud.h>
 
 #include <utility>
 
 namespace psplit {
+
+namespace {
+
+RawMesh points_of(const draco::PointCloud& source) {
+  RawMesh mesh;
+  mesh.point_count = source.num_points();
+  for (int i = 0; i < source.num_attributes(); ++i) {
+    const draco::PointAttribute& attribute = *source.attribute(i);
+    RawAttribute raw{attribute.unique_id(),      attribute.attribute_type(), attribute.data_type(),
+                     attribute.num_components(), attribute.normalized(),     {}};
+    const auto stride = static_cast<size_t>(attribute.byte_stride());
+    raw.point_values.resize(mesh.point_count * stride);
+    for (uint32_t point = 0; point < mesh.point_count; ++point)
+      attribute.GetMappedValue(draco::PointIndex(point), raw.point_values.data() + point * stride);
+    mesh.attributes.push_back(std::move(raw));
+  }
+  return mesh;
+}
+
+}  // namespace
 
 std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
   draco::DecoderBuffer buffer;
@@ -18,24 +39,22 @@ std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, Att
   if (!decoded.ok()) return std::nullopt;
   const draco::Mesh& source = *decoded.value();
 
-  RawMesh mesh;
-  mesh.point_count = source.num_points();
+  RawMesh mesh = points_of(source);
   mesh.faces.reserve(source.num_faces());
   for (uint32_t i = 0; i < source.num_faces(); ++i) {
     const draco::Mesh::Face& face = source.face(draco::FaceIndex(i));
     mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
-  for (int i = 0; i < source.num_attributes(); ++i) {
-    const draco::PointAttribute& attribute = *source.attribute(i);
-    RawAttribute raw{attribute.unique_id(),      attribute.attribute_type(), attribute.data_type(),
-                     attribute.num_components(), attribute.normalized(),     {}};
-    const auto stride = static_cast<size_t>(attribute.byte_stride());
-    raw.point_values.resize(mesh.point_count * stride);
-    for (uint32_t point = 0; point < mesh.point_count; ++point)
-      attribute.GetMappedValue(draco::PointIndex(point), raw.point_values.data() + point * stride);
-    mesh.attributes.push_back(std::move(raw));
-  }
   return mesh;
+}
+
+std::optional<RawMesh> decode_cloud_with_libdraco(std::span<const uint8_t> stream) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+  draco::PointCloud cloud;
+  draco::Decoder decoder;
+  if (!decoder.DecodeBufferToGeometry(&buffer, &cloud).ok()) return std::nullopt;
+  return points_of(cloud);
 }
 
 }  // namespace psplit

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -37,74 +36,6 @@ Subject subject_of(const std::string& name, const Mesh& mesh) {
                                   std::vector<uint8_t>(bytes, bytes + attribute.values.size())});
   }
   return subject;
-}
-
-enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide, kEnds };
-
-// A number in [0, 1) from the point and the component.
-double pattern_value(Pattern pattern, uint32_t point, int component) {
-  const uint64_t at = uint64_t{point} * 8 + static_cast<uint64_t>(component) + 1;
-  const double random = static_cast<double>((at * 0x9e3779b97f4a7c15u) >> 40) / (1 << 24);
-  switch (pattern) {
-    case Pattern::kSmooth:
-      return std::abs((point * 5 + static_cast<uint32_t>(component) * 77) % 2000 / 1000.0 - 0.9995);
-    case Pattern::kRandom:
-    case Pattern::kWide: return random;
-    case Pattern::kEnds: return std::clamp(random * 3 - 1, 0.0, 1.0);
-    case Pattern::kConstant: return 0.625;
-    case Pattern::kFew: return std::floor(random * 3) / 4;
-  }
-  return 0;
-}
-
-// Integers use the whole range of their type. 32-bit integers do so only if they are wide; even then the length
-// of the range fits a positive int32, because the encoder cannot wrap a longer one.
-template <typename T>
-T integer_value(double unit, bool wide) {
-  double low = std::numeric_limits<T>::min(), high = static_cast<double>(std::numeric_limits<T>::max());
-  if (sizeof(T) == 4) {
-    const double range = wide ? 2147483646.0 : 1000000.0;
-    low = std::is_unsigned_v<T> ? 0 : -range / 2;
-    high = low + range;
-  }
-  return static_cast<T>(low + std::floor(unit * (high - low)));
-}
-
-template <typename Convert>
-std::vector<uint8_t> filled(uint32_t point_count, int component_count, Pattern pattern, Convert convert) {
-  std::vector<uint8_t> bytes;
-  for (uint32_t point = 0; point < point_count; ++point)
-    for (int i = 0; i < component_count; ++i) {
-      const auto value = convert(pattern_value(pattern, point, i));
-      const auto* begin = reinterpret_cast<const uint8_t*>(&value);
-      bytes.insert(bytes.end(), begin, begin + sizeof value);
-    }
-  return bytes;
-}
-
-void add(Subject& subject, Role role, draco::DataType type, int component_count, Pattern pattern) {
-  Values values{role, type, component_count, role == Role::COLOR, {}};
-  const auto fill = [&](auto convert) {
-    values.bytes = filled(subject.point_count, component_count, pattern, convert);
-  };
-  const auto fill_integers = [&]<typename T>(T) {
-    fill([&](double unit) { return integer_value<T>(unit, pattern == Pattern::kWide); });
-  };
-  switch (type) {
-    case draco::DT_INT8: fill_integers(int8_t{}); break;
-    case draco::DT_UINT8: fill_integers(uint8_t{}); break;
-    case draco::DT_INT16: fill_integers(int16_t{}); break;
-    case draco::DT_UINT16: fill_integers(uint16_t{}); break;
-    case draco::DT_INT32: fill_integers(int32_t{}); break;
-    case draco::DT_UINT32: fill_integers(uint32_t{}); break;
-    case draco::DT_INT64: fill_integers(int64_t{}); break;
-    case draco::DT_UINT64: fill_integers(uint64_t{}); break;
-    case draco::DT_FLOAT32: fill([](double unit) { return static_cast<float>(unit * 3 - 1); }); break;
-    case draco::DT_FLOAT64: fill([](double unit) { return unit * 3 - 1; }); break;
-    case draco::DT_BOOL: fill([](double unit) { return static_cast<uint8_t>(unit >= 0.5); }); break;
-    default: break;
-  }
-  subject.attributes.push_back(std::move(values));
 }
 
 // The sets.

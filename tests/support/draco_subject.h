@@ -41,6 +41,28 @@ struct Subject {
   draco::MeshAttributeElementType element = draco::MESH_CORNER_ATTRIBUTE;
 };
 
+enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide, kEnds };
+
+// A number in [0, 1) from the point and the component.
+double pattern_value(Pattern pattern, uint32_t point, int component);
+
+// The bytes of values that `convert` makes of the pattern's numbers.
+template <typename Convert>
+std::vector<uint8_t> filled(uint32_t point_count, int component_count, Pattern pattern, Convert convert) {
+  std::vector<uint8_t> bytes;
+  for (uint32_t point = 0; point < point_count; ++point)
+    for (int i = 0; i < component_count; ++i) {
+      const auto value = convert(pattern_value(pattern, point, i));
+      const auto* begin = reinterpret_cast<const uint8_t*>(&value);
+      bytes.insert(bytes.end(), begin, begin + sizeof value);
+    }
+  return bytes;
+}
+
+// Adds an attribute whose values follow a pattern. Integers use the whole range of their type, but 32-bit
+// integers do so only with kWide.
+void add(Subject& subject, Role role, draco::DataType type, int component_count, Pattern pattern);
+
 inline constexpr int kAuto = -1;  // libdraco decides
 inline constexpr PerRole kUsualBits = {14, 10, 8, 12, 12};
 inline constexpr PerRole kRawBits = {0, 0, 0, 0, 0};
@@ -51,7 +73,7 @@ inline constexpr int kValence = draco::MESH_EDGEBREAKER_VALENCE_ENCODING;
 // The options of the encoder.
 struct Recipe {
   int speed = 5;
-  bool sequential = false;
+  bool sequential = false;  // otherwise Edgebreaker; for a cloud, otherwise a kD-tree
   bool compress_indices = false;
   int connectivity = kAuto;
   int split_on_seams = kAuto;
@@ -65,5 +87,7 @@ std::string describe(const Recipe& recipe);
 std::unique_ptr<draco::Mesh> build(const Subject& subject);
 // Nothing if libdraco cannot encode the mesh so.
 std::optional<std::vector<uint8_t>> encode(const draco::Mesh& mesh, const Recipe& recipe);
+// The same for the points of a mesh, as a point cloud. Level l of a kD-tree is speed 10 - l.
+std::optional<std::vector<uint8_t>> encode_cloud(const draco::PointCloud& cloud, const Recipe& recipe);
 
 }  // namespace psplit

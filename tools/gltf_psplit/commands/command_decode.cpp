@@ -62,7 +62,8 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
   Decoded counts;
   for (const PrimitiveId id : all_primitives(document)) {
     ++counts.primitives;
-    if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain) ++counts.decoded;
+    if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain || document.cloud)
+      ++counts.decoded;
   }
   {
     ProgressBar bar("decoding", session.log);
@@ -106,7 +107,7 @@ Status run_decode(const DecodeArguments& arguments, const Session& session) {
   WriteReport written;
   Expected<Document> document = read_for_output(
       arguments.input, arguments.output, arguments.report, session, written, arguments.backend.name,
-      spool_folder(arguments.memory, arguments.output), OutputForms::kGltfAndMeshFiles);
+      spool_folder(arguments.memory, arguments.output), OutputForms::kGltfAndMeshFiles, PointClouds::kRead);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(*document), {}};
   if (arguments.target != "draco" && is_glb_output(arguments.output))
@@ -172,6 +173,7 @@ void add_decode_command(CLI::App& app, Action& action) {
       {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
        {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream for each primitive"},
        {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+       {"gltf-psplit decode points.drc points.glb", "a point cloud as a glTF of points"},
        {"gltf-psplit decode part.glb part.stl --accept-loss", "the triangles of the scene, for a slicer"},
        {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB",
         "decode in parts if the GPU has little memory"},

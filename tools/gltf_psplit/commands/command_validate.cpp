@@ -3,6 +3,8 @@
 #include <memory>
 
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/mesh_files/draco_file.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -26,13 +28,25 @@ struct ValidateArguments {
   MemoryChoice memory;
 };
 
+// A Draco file is valid if it decodes: reading it is the check.
+bool is_draco_file(const std::string& input) {
+  constexpr size_t kMagicBytes = 5;
+  std::error_code error;
+  if (input == "-" || !std::filesystem::is_regular_file(input, error)) return false;
+  const Expected<std::vector<uint8_t>> head = read_file(input, kMagicBytes);
+  return head && is_draco(*head);
+}
+
 // An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
 Expected<std::vector<Finding>> find_all(const std::string& input, const ValidateArguments& arguments,
                                         const Session& session) {
+  const bool is_draco = is_draco_file(input);
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
   if (arguments.memory.bytes != 0) spooled = spool_input(input, spool_folder(arguments.memory));
   if (!spooled && spooled.status().code() != StatusCode::kInvalidInput) return spooled.status();
   const Expected<Document> document = !spooled   ? spooled.status()
+                                      : is_draco ? read_input(input, session.log, arguments.backend.name,
+                                                              FileAccess::kRead, {}, {}, PointClouds::kRead)
                                       : *spooled ? parse_document(**spooled, input)
                                                  : read_document(input, FileAccess::kMap);
   if (document) {
@@ -88,7 +102,8 @@ Status run_validate(const ValidateArguments& arguments, const Session& session) 
 void add_validate_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ValidateArguments>();
   CLI::App& command = *app.add_subcommand("validate", "Check assets against every rule of the extension");
-  command.add_option("IN", arguments->inputs, "The inputs: .gltf or .glb files; - reads a GLB from stdin")
+  command
+      .add_option("IN", arguments->inputs, "The inputs: .gltf, .glb or .drc files; - reads a GLB from stdin")
       ->required();
   add_format_option(command, arguments->format);
   add_text_output_option(command, arguments->output);

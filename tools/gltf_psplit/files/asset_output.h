@@ -6,6 +6,7 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
 #include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 
@@ -28,7 +29,8 @@ Status check_paths(const std::string& input, const Document* document, const std
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend = "auto", const std::filesystem::path& spool = {},
-                                   OutputForms forms = OutputForms::kGltf);
+                                   OutputForms forms = OutputForms::kGltf,
+                                   PointClouds clouds = PointClouds::kRefuse);
 // Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
 Status write_asset(const Document& document, const std::string& output, WriteOptions options,
                    const Session& session, WriteReport& written);

@@ -1,17 +1,27 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
 #include "gltf_ext/mesh_files/read_asset.h"
+#include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 
 namespace psplit {
+namespace {
+
+Expected<Mesh> decode_draco_points(std::span<const uint8_t> stream, StreamDescription& description) {
+  return decode_draco(stream, &description);
+}
+
+}  // namespace
 
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,
-                              FileAccess access, const std::filesystem::path& spool, const Progress& progress) {
+                              FileAccess access, const std::filesystem::path& spool, const Progress& progress,
+                              PointClouds clouds) {
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
   if (!spool.empty()) spooled = spool_input(path, spool, progress);
   if (!spooled) return spooled.status();
-  Expected<Asset> asset = *spooled ? read_asset(**spooled, path, find_describer(backend))
-                                   : read_asset(path, find_describer(backend), access, progress);
+  const DecodePoints decode_points = clouds == PointClouds::kRead ? decode_draco_points : DecodePoints();
+  Expected<Asset> asset = *spooled ? read_asset(**spooled, path, find_describer(backend), decode_points)
+                                   : read_asset(path, find_describer(backend), access, progress, decode_points);
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
   return std::move(asset->document);

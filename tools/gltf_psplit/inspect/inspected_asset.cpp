@@ -60,9 +60,20 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
   return add_coding(*stream, out);
 }
 
+// A .drc file of points, which is decoded already.
+Status inspect_cloud(const StoredCloud& cloud, InspectedPrimitive& out) {
+  const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(cloud.stream.attributes);
+  if (!requests) return requests.status();
+  out.storage = PrimitiveStorage::kStockDraco;
+  out.summary = summarize_stream(cloud.stream, cloud.stream_bytes);
+  out.attributes = *requests;
+  return add_coding(cloud.stream, out);
+}
+
 // Of a plain primitive only the storage and the counts are set.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
+  if (document.cloud) return inspect_cloud(*document.cloud, out);
   const PrimitiveRecord& primitive = document.records().primitive(out.id);
   if (!primitive.status.ok()) return primitive.status;
   out.storage = primitive.storage();

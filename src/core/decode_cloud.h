@@ -1,0 +1,39 @@
+// One Draco point cloud to points and integers.
+//
+//   header       cloud_header.h         the number of points, and which coding follows
+//   attributes
+//     sequential attribute_decoder.h    as those of a mesh without faces: decode_patch.h
+//     kD-tree    kd_tree_attributes.h   groups and descriptions, and for each group:
+//       tree     kd_tree.h              numbers of points in halves of boxes -> integers by point
+//   output       patch.h                integers -> values of the attribute's type (value_writer.h)
+#pragma once
+
+#include "src/core/kd_tree_attributes.h"
+#include "src/core/workspace.h"
+
+namespace psplit::core {
+
+// Decodes a cloud whose header was read, to a patch without faces. Index must be wide enough: see
+// StreamHeader::fits_16_bits. The bytes may be anything: a fault says what is wrong with them, and only they
+// and the arena are touched. Thread-safe, as long as each thread has an arena of its own.
+template <typename Index>
+PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
+  if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).decode();
+  const Fault fault = decode_patch<Index>(header, arena, out);
+  // To libdraco, integers of no point are a failure.
+  for (uint32_t i = 0; fault == Fault::kNone && header.point_count == 0 && i < out.attributes.size(); ++i)
+    if (out.attributes[i].coding != Coding::kRaw) return Fault::kCounts;
+  return fault;
+}
+
+// Enough memory to decode any cloud that an encoder wrote, if `values` holds.
+template <typename Index>
+PSPLIT_HD size_t cloud_workspace_bytes(const CloudHeader& header, size_t stream_bytes,
+                                       const ValueCounts& values) {
+  if (header.is_kd_tree) return KdTreeAttributes<Index>::bytes(values);
+  // While a table is read it has a slot for each symbol that may come. A mesh has memory for that anyway.
+  return workspace_bytes<Index>(header, stream_bytes, values) +
+         RansTable::slot_bytes(uint64_t{values.points} * values.components, stream_bytes);
+}
+
+}  // namespace psplit::core

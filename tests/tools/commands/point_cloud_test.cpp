@@ -1,0 +1,96 @@
+// Draco files of points: decode makes them a glTF of points, inspect and validate tell of them, and all other
+// commands refuse them.
+#include <cstring>
+
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/primitive/accessors.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/support/draco_clouds.h"
+#include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/report/number_text.h"
+
+namespace psplit {
+namespace {
+
+class PointCloudFiles : public CommandTest {
+ protected:
+  // Writes the first cloud whose name has both parts.
+  const DracoStream& write_cloud(const std::string& file, const std::string& name, const std::string& coding) {
+    for (const DracoStream& stream : small_draco_clouds())
+      if (stream.name.starts_with(name) && stream.name.find(coding) != std::string::npos) {
+        write(file, std::string(stream.bytes.begin(), stream.bytes.end()));
+        return stream;
+      }
+    throw std::runtime_error("no such cloud");
+  }
+};
+
+TEST_F(PointCloudFiles, DecodeToAGltfOfPoints) {
+  for (const char* coding : {"kD-tree", "sequential"}) {
+    SCOPED_TRACE(coding);
+    const DracoStream& stream = write_cloud("a.drc", "positions, normals and colours of 64:", coding);
+    must_run({"decode", path("a.drc"), path("a.glb")});
+    EXPECT_TRUE(contains(err_, "1 primitive decoded"));
+    const Document document = must(read_document(path("a.glb")));
+    EXPECT_FALSE(document.json().contains("extensionsUsed"));
+    const Json& primitive = document.json()["meshes"][0]["primitives"][0];
+    EXPECT_EQ(primitive["mode"], 0);
+    EXPECT_FALSE(primitive.contains("indices"));
+    const Mesh expected = must(decode_draco(stream.bytes));
+    ASSERT_EQ(primitive["attributes"].size(), expected.attributes.size());
+    for (const Attribute& attribute : expected.attributes) {
+      const AccessorData data =
+          must(read_accessor(document, primitive["attributes"][attribute.semantic].get<int64_t>()));
+      EXPECT_EQ(data.count, expected.point_count);
+      EXPECT_EQ(data.component_type, attribute.component_type);
+      EXPECT_EQ(data.normalized, attribute.normalized);
+      EXPECT_TRUE(data.values == attribute.values) << attribute.semantic;
+    }
+    must_run({"validate", path("a.glb")});
+  }
+}
+
+TEST_F(PointCloudFiles, AreInspected) {
+  const DracoStream& stream = write_cloud("a.drc", "positions, normals and colours of 64:", "kD-tree");
+  const Json found = json_of({"inspect", path("a.drc"), "--format", "json"})["primitives"][0];
+  EXPECT_EQ(found["storage"], "draco");
+  EXPECT_EQ(found["coding"], "cloud-kd-tree");
+  EXPECT_EQ(found["faces"], 0);
+  EXPECT_EQ(found["points"], 64);
+  EXPECT_EQ(found["attributes"][0]["semantic"], "POSITION");
+  EXPECT_EQ(found["attributes"][0]["bits"], 14);
+  EXPECT_TRUE(found["attributes"][2]["bits"].is_null());
+  must_run({"inspect", path("a.drc")});
+  EXPECT_TRUE(contains(out_, "cloud-kd-tree"));
+  EXPECT_TRUE(contains(out_, with_separators(stream.bytes.size())));
+}
+
+TEST_F(PointCloudFiles, AreValidIfTheyDecode) {
+  const DracoStream& stream = write_cloud("a.drc", "positions, normals and colours of 64:", "kD-tree");
+  must_run({"validate", path("a.drc")});
+  EXPECT_TRUE(contains(out_, "a.drc: valid"));
+  write("half.drc", std::string(stream.bytes.begin(), stream.bytes.begin() + std::ssize(stream.bytes) / 2));
+  EXPECT_EQ(run({"validate", path("half.drc")}), 3);
+  EXPECT_TRUE(contains(out_, "Draco stream: the stream ends early"));
+}
+
+TEST_F(PointCloudFiles, AreRefusedByOtherCommands) {
+  write_cloud("a.drc", "positions of 64:", "kD-tree");
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"encode", path("a.drc"), path("a.glb")}, {"compare", path("a.drc")}})
+    fails(5, words, "a point cloud: only triangles can be split");
+}
+
+TEST_F(PointCloudFiles, WithoutPointsHaveNoGltf) {
+  for (const DracoStream& stream : small_draco_clouds()) {
+    if (stream.name != "sequential of 2.3, no points, level 0") continue;
+    write("a.drc", std::string(stream.bytes.begin(), stream.bytes.end()));
+    EXPECT_NE(run({"decode", path("a.drc"), path("a.glb")}), 0);
+    EXPECT_FALSE(std::filesystem::exists(path("a.glb")));
+    return;
+  }
+  FAIL() << "no such cloud";
+}
+
+}  // namespace
+}  // namespace psplit
