@@ -27,7 +27,7 @@ PSPLIT_HD PSPLIT_INLINE void renew_steps(Run& run) {
 // when one of those in turn ends.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
-  T* at[kRuns];
+  T* at[kRuns] = {};
   uint32_t live = 0;
   for (uint32_t next = 0;;) {
     // The next runs take the places of those that ended.
