@@ -72,6 +72,7 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
 // Sorts runs, so that the longest begin first: then few are left alone at the end.
 template <typename T>
 PSPLIT_HD void sort_longest_first(T** runs, uint32_t count) {
+  if constexpr (PSPLIT_IS_SMALL_CODE) return;
   for (uint32_t i = 1; i < count; ++i)
     for (uint32_t k = i; k > 0 && runs[k - 1]->steps_left() < runs[k]->steps_left(); --k) {
       T* const longer = runs[k];

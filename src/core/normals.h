@@ -96,25 +96,24 @@ template <typename Index>
 PSPLIT_HD void step_normals(NormalSteps<Index>* const* runs, uint32_t count) {
   using Run = NormalSteps<Index>;
 #if defined(PSPLIT_HAS_VECTORS)
-  if constexpr (!PSPLIT_IS_SMALL_CODE) {
-    Run* at[Run::kAtOnce];
-    uint32_t live = 0;
-    for (uint32_t next = 0;;) {
-      for (; live < Run::kAtOnce && next < count; ++next)
-        if (runs[next]->steps_left() > 0) at[live++] = runs[next];
-      if (live < 2) return step_all<1, Run>(at, live);
-      for (uint32_t n = live; n < Run::kAtOnce; ++n) at[n] = at[n - 1];
-      uint32_t steps = at[0]->steps_left();
-      for (uint32_t n = 1; n < live; ++n) steps = at[n]->steps_left() < steps ? at[n]->steps_left() : steps;
-      Run::step_at_once(at, steps);
-      const uint32_t before = live;
-      live = 0;
-      for (uint32_t n = 0; n < before; ++n)
-        if (at[n]->steps_left() > 0) at[live++] = at[n];
-    }
+  Run* at[Run::kAtOnce];
+  uint32_t live = 0;
+  for (uint32_t next = 0;;) {
+    for (; live < Run::kAtOnce && next < count; ++next)
+      if (runs[next]->steps_left() > 0) at[live++] = runs[next];
+    if (live < 2) return step_all<1, Run>(at, live);
+    for (uint32_t n = live; n < Run::kAtOnce; ++n) at[n] = at[n - 1];
+    uint32_t steps = at[0]->steps_left();
+    for (uint32_t n = 1; n < live; ++n) steps = at[n]->steps_left() < steps ? at[n]->steps_left() : steps;
+    Run::step_at_once(at, steps);
+    const uint32_t before = live;
+    live = 0;
+    for (uint32_t n = 0; n < before; ++n)
+      if (at[n]->steps_left() > 0) at[live++] = at[n];
   }
-#endif
+#else
   step_all<kInStep, Run, Run>(runs, count);
+#endif
 }
 
 // The sum of the normals of all faces at a corner's vertex. The normal of a face is as long as the face is

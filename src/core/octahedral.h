@@ -22,7 +22,7 @@ class OctahedralGrid {
   // Applies a correction to a predicted value. Canonicalized coding first turns the predicted value into the
   // bottom left quadrant, so that corrections of all four quadrants have the same statistics. The direction of
   // a normal is unpredictable, so there are no branches.
-  PSPLIT_HD PSPLIT_INLINE Vec2 correct(Vec2 predicted, Vec2 correction, bool canonicalized) const {
+  PSPLIT_HD Vec2 correct(Vec2 predicted, Vec2 correction, bool canonicalized) const {
     const Vec2 place{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)};
     const uint32_t outside = mask(magnitude(place.s) + magnitude(place.t) > static_cast<uint32_t>(center_));
     const Vec2 p = select(outside, mirrored(place), place);

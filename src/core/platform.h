@@ -62,6 +62,13 @@
 #define PSPLIT_IS_SMALL_CODE false
 #endif
 
+// For what a step seldom does.
+#if defined(PSPLIT_SMALL_CODE)
+#define PSPLIT_INLINE_UNLESS_SMALL
+#else
+#define PSPLIT_INLINE_UNLESS_SMALL PSPLIT_INLINE
+#endif
+
 // Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Other builds rely on the explicit
 // checks of what a stream says, and on tests and fuzzers that ran with PSPLIT_CORE_CHECKS.
 #if defined(PSPLIT_CORE_CHECKS) && defined(__CUDA_ARCH__)

@@ -70,24 +70,24 @@ class SymbolPairSteps {
 template <typename Index>
 PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<SymbolSequence> sequences) {
   using Traversal = DepthFirstTraversal<Index>;
+  constexpr uint32_t kMost = PSPLIT_IS_SMALL_CODE ? 1 : 2;
   const auto step = [&](auto symbols) {
     for (renew_steps(symbols); symbols.steps_left() > 0; renew_steps(symbols)) {
-      Traversal* running[2] = {};
+      Traversal* running[kMost] = {};
       uint32_t count = 0;
-      for (size_t i = 0; i < traversals.size() && count < 2; ++i)
+      for (size_t i = 0; i < traversals.size() && count < kMost; ++i)
         if (traversals[i].steps_left() > 0) running[count++] = &traversals[i];
       if (count == 0) break;
-      if (count == 1)
-        step_in_turn(*running[0], symbols);
-      else
-        step_in_turn(*running[0], *running[1], symbols);
+      if constexpr (kMost > 1)
+        if (count > 1) step_in_turn(*running[0], *running[1], symbols);
+      if (count == 1) step_in_turn(*running[0], symbols);
     }
     return symbols.symbols();
   };
-  constexpr uint32_t kMost = 16;
-  SymbolSequence* longest[kMost];
+  constexpr uint32_t kSequences = 16;
+  SymbolSequence* longest[kSequences];
   uint32_t count = 0;
-  for (; count < kMost && count < sequences.size(); ++count) longest[count] = &sequences[count];
+  for (; count < kSequences && count < sequences.size(); ++count) longest[count] = &sequences[count];
   sort_longest_first(longest, count);
   for (uint32_t i = 0; i < count; ++i) {
     SymbolSequence& sequence = *longest[i];

@@ -34,7 +34,7 @@ template class PointNumbers<Index>;
 template size_t link_border(SerialLanes, const Patch<Index>&, View<Index>);
 
 // Orders of values, and their corrections
-template void step_both(DepthFirstTraversal<Index>&, SymbolSequence&);
+template void step_chains(View<DepthFirstTraversal<Index>>, View<SymbolSequence>);
 template void step_all<kInStep, DepthFirstTraversal<Index>>(DepthFirstTraversal<Index>* const*, uint32_t);
 template void DepthFirstTraversal<Index>::begin(SerialLanes);
 template Fault traverse_by_prediction_degree(const AttributeTable<Index>&, Arena&, const Sequence<Index>&);
@@ -47,7 +47,7 @@ template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool, bool);
 // Values
 template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps<Index, 3>* const*, uint32_t);
 template void step_all<kInStep, ParallelogramSteps<Index, 2>>(ParallelogramSteps<Index, 2>* const*, uint32_t);
-template void step_all<kInStep, NormalSteps<Index>>(NormalSteps<Index>* const*, uint32_t);
+template void step_normals(NormalSteps<Index>* const*, uint32_t);
 template void step_created<kInStep>(CreatedValues<Index>* const*, uint32_t);
 template void CreatedValues<Index>::find_predictors(SerialLanes, const AttributeModel&, const Sequence<Index>&,
                                                     uint32_t);
