@@ -171,15 +171,19 @@ TEST_F(CommandLine, PointCloudsAreUnsupported) {
   write("none.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices + "end_header\n0 0 0\n");
   write("zero.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices +
                         "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n");
-  // A sequential point cloud of Draco 2.2.
+  // A sequential point cloud of Draco 2.2, of a point that has no attributes. Clouds with positions can be
+  // decoded.
   write("cloud.drc", std::string("DRACO\x02\x02\x00\x00\x00\x00\x01\x00\x00\x00\x00", 16));
   write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   for (const char* command : {"encode", "decode"})
-    for (const char* name : {"none.ply", "zero.ply", "cloud.drc", "points.obj"}) {
+    for (const char* name : {"none.ply", "zero.ply", "points.obj"}) {
       fails(5, {command, path(name), path("out.glb")}, std::string(name) + ": a point cloud");
       EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
     }
-  EXPECT_EQ(run({"inspect", path("cloud.drc")}), 5);
+  fails(5, {"encode", path("cloud.drc"), path("out.glb")}, "cloud.drc: a point cloud");
+  fails(3, {"decode", path("cloud.drc"), path("out.glb")}, "cloud.drc: has no positions");
+  fails(3, {"inspect", path("cloud.drc")}, "cloud.drc: has no positions");
+  EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
 }
 
 TEST_F(CommandLine, UnreadableInputsAreIoErrors) {
