@@ -20,9 +20,9 @@
 
 namespace psplit {
 
-// Which meshes become Draco streams without a container around them. kWhole: those of one stream, unless a
-// condensed container takes fewer bytes. kAll: all, and none is condensed. Without a stitch map, points at
-// borders are in several streams, and a point that Edgebreaker splits stays several.
+// Which meshes become Draco streams without a container around them, which are never condensed. kWhole: those
+// of one stream. kAll: all. Without a stitch map, points at borders are in several streams, and a point that
+// Edgebreaker splits stays several.
 enum class Alone { kNone, kWhole, kAll };
 
 struct EncodeOptions {
@@ -31,8 +31,8 @@ struct EncodeOptions {
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses
-  // Condense the streams if that saves bytes: code them with tables that all patches share. Each condensed
-  // stream is expanded again and compared with libdraco's.
+  // Condense the streams of a container if that saves bytes: code them with tables that all patches share. Each
+  // condensed stream is expanded again and compared with libdraco's.
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   Alone alone = Alone::kNone;

@@ -264,9 +264,7 @@ Status PartsEncoder::condense() {
   const Expected<GrowingContainer::Opened> opened = container_->open();
   if (!opened) return opened.status();
   const PatchContainer& plain = opened->container;
-  // A single stream can also be stored without a container.
-  const uint64_t plain_bytes = plain.entries.size() == 1 ? plain.stream_bytes() : container_->size();
-  condensed_ = condense_container(plain, plain_bytes, options_.streams.condense_smallest, pool_);
+  condensed_ = condense_container(plain, container_->size(), options_.streams.condense_smallest, pool_);
   encoded_.statistics.encode_ms += encode_time.ms();
   // check_written verifies a whole mesh. Parts are verified, and not in memory any more.
   if (!condensed_ || is_whole_ || !options_.streams.verify) return {};
@@ -382,16 +380,12 @@ Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
   const EncodeOptions& options = options_.streams;
   Expected<Streams> streams = encode_streams_of(part.mesh);
   if (!streams) return streams.status();
-  const bool may_be_alone = streams->may_be_alone(options.alone);
-  if (may_be_alone && (!options.condense || options.alone == Alone::kAll)) return append_alone(part, *streams);
+  if (streams->are_alone(options.alone)) return append_alone(part, *streams);
   if (Status status = append(part, *streams, room); !status.ok()) return status;
-  if (!may_be_alone) *streams = Streams();
+  *streams = Streams();
   if (is_whole_ && options.condense)
     if (Status status = condense(); !status.ok()) return status;
-  if (!may_be_alone || condensed_) return check_written(part);
-  // The container takes fewer bytes than the stream only if it is condensed.
-  container_.reset();
-  return append_alone(part, *streams);
+  return check_written(part);
 }
 
 Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {

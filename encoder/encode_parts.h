@@ -86,7 +86,7 @@ PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<co
                                                   const ThreadPool& pool);
 
 // The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
-// options.patch_count patches. With Alone::kWhole its only stream may be alone.
+// options.patch_count patches. With Alone::kWhole its only stream is alone.
 Expected<EncodedParts> encode_whole(const MeshPart& part, std::span<const AttributeCoding> codings,
                                     const EncodeOptions& options, const ThreadPool& pool);
 

@@ -18,12 +18,12 @@ namespace psplit {
 // Everything that goes into a container.
 struct Streams {
   std::vector<OwnedStream> owned;
-  std::vector<Mesh> decoded;  // of each stream; the attributes are left out unless the streams may be alone
+  std::vector<Mesh> decoded;  // of each stream; the attributes are left out unless the streams are alone
   std::vector<std::vector<uint8_t>> bytes;
   bool has_residue = false;  // the last stream
 
-  // Whether they may be stored without a container.
-  bool may_be_alone(Alone alone) const {
+  // Whether they are stored without a container.
+  bool are_alone(Alone alone) const {
     return alone == Alone::kAll || (alone == Alone::kWhole && bytes.size() == 1 && !has_residue);
   }
 };

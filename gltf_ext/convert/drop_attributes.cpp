@@ -175,7 +175,6 @@ void drop_manifolds(Document& document, std::span<const EncodeJob> jobs, Primiti
   constexpr const char* kManifold = "EXT_mesh_manifold";
   std::set<size_t> dropped;
   for (const EncodeJob& job : jobs) {
-    if (job.keeps_stream) continue;  // and with it the order of points
     for (const PrimitiveId id : job.group.ids) {
       Json& mesh = document.json()["meshes"][id.mesh];
       if (const Json* manifold = extension_field(mesh, kManifold)) {

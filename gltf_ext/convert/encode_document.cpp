@@ -4,12 +4,12 @@
 #include <atomic>
 #include <utility>
 
-#include "gltf_ext/convert/condense_patches.h"
+#include "gltf_ext/convert/condense_document.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
+#include "gltf_ext/convert/join_points.h"
 #include "gltf_ext/convert/read_jobs.h"
-#include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
@@ -19,8 +19,7 @@
 namespace psplit {
 namespace {
 
-void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const ThreadPool& pool,
-                 const Progress& progress) {
+void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Progress& progress) {
   size_t faces = 0;
   for (const EncodeJob& job : jobs) faces += job.mesh.faces.size();
   std::atomic<size_t> done = 0;
@@ -29,52 +28,32 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
     EncodeJob& job = jobs[i];
     if (job.parts) return;
     std::atomic<size_t> done_of_job = 0;
-    if (job.options.condense && job.options.patch_count == 1 && !job.drops_attributes)
-      job.status = condense_stock(document, job);
     if (progress)
       job.options.patch_encoded = [&](size_t count) {
         done_of_job += count;
         progress(done += count, faces);
       };
-    if (job.status.ok() && !job.keeps_stream) {
-      Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
-      if (encoded.ok())
-        job.encoded = std::move(*encoded);
-      else
-        job.status = encoded.status();
-    }
+    Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
+    if (encoded.ok())
+      job.encoded = std::move(*encoded);
+    else
+      job.status = encoded.status();
     job.options.patch_encoded = {};
     // Faces that are dropped or in no patch count as done.
     if (progress) progress(done += job.mesh.faces.size() - done_of_job, faces);
   });
 }
 
-// The buffer view of the group's stock Draco, if no other primitive has it.
-std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveGroup& group) {
-  const auto view_of = [&](PrimitiveId id) -> std::optional<int64_t> {
-    const std::optional<DracoRecord>& stock = document.records().primitive(id).stock;
-    return stock ? std::optional(stock->view) : std::nullopt;
-  };
-  const std::optional<int64_t> own = view_of(group.ids.front());
-  size_t users = 0;
-  for (const PrimitiveId id : all_primitives(document)) users += own && view_of(id) == own ? 1 : 0;
-  return users == group.ids.size() ? own : std::nullopt;
-}
-
 // Stores a container as the primitive's extension, or each of several and each lone stream as a primitive of
 // its own.
 Status write_geometry(Document& document, std::vector<EncodeJob>& jobs, const EncodeDocumentOptions& options,
                       const OutOfCoreOptions& limits, const ThreadPool& pool,
-                      std::span<const int64_t> freed_accessors, const CondensedPatches& condensed,
-                      EncodeReports& reports) {
+                      std::span<const int64_t> freed_accessors, EncodeReports& reports) {
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
-  StreamReplacements replacements(condensed.begin(), condensed.end());
-  for (EncodeJob& job : jobs) {
+  for (const EncodeJob& job : jobs) {
     groups.push_back(job.group);
     counts.push_back(job.piece_count());
-    if (job.keeps_stream) job.stream_view = own_stock_view(document, job.group);
-    if (job.stream_view) replacements[*job.stream_view] = job.encoded.container;
   }
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
@@ -83,8 +62,83 @@ Status write_geometry(Document& document, std::vector<EncodeJob>& jobs, const En
       return status;
   drop_manifolds(document, jobs, editor, reports);
   for (const int64_t accessor : freed_accessors) editor.release(accessor);
-  replace_streams(document, replacements);
   editor.finish();
+  return {};
+}
+
+// The primitives of the input in the order in which write_geometry stores them: each as often as it has pieces.
+std::vector<PrimitiveId> origins_of_output(const Document& input, std::span<const EncodeJob> jobs) {
+  std::map<PrimitiveId, size_t> piece_counts;
+  for (const EncodeJob& job : jobs)
+    for (const PrimitiveId id : job.group.ids) piece_counts[id] = job.piece_count();
+  std::vector<PrimitiveId> origins;
+  for (const PrimitiveId id : all_primitives(input)) {
+    const auto found = piece_counts.find(id);
+    origins.insert(origins.end(), found == piece_counts.end() ? 1 : found->second, id);
+  }
+  return origins;
+}
+
+// What the report says of a primitive whose streams may have been condensed.
+void report_condensed(const Document& output, PrimitiveId id, const CondensedView& view,
+                      PrimitiveReport& report) {
+  const bool is_kept = report.stored_as == StoredAs::kAsItWas;
+  if (view.bytes == 0) {
+    if (is_kept && output.records().primitive(id).patches)
+      report.skipped = view.was_condensed ? "already in condensed patches"
+                                          : "already in patches, which condensing does not make smaller";
+    return;
+  }
+  report.skipped.clear();
+  report.stored_as = StoredAs::kPatches;
+  report.bytes = view.bytes;
+  report.streams = view.entries;
+  report.has_residue = view.has_residue;
+  report.head_bytes = view.head_bytes;
+  report.statistics.encode_ms += view.condense_ms;
+  report.statistics.verify_ms += view.verify_ms;
+  if (!is_kept) return;
+  report.keeps_streams = true;
+  report.repeated = id != view.ids.front();
+  report.faces = view.face_count;
+  report.points = view.point_count;
+  report.statistics.patch_count = static_cast<uint32_t>(view.entries.size()) - (view.has_residue ? 1 : 0);
+}
+
+// Condenses what write_geometry stored, and what it left. Parts are condensed already, and streams that cannot
+// be read stay.
+Status condense_output(Document& output, std::span<const PrimitiveId> origins, std::span<const EncodeJob> jobs,
+                       const EncodeDocumentOptions& options, const ThreadPool& pool, EncodeReports& reports) {
+  std::set<PrimitiveId> in_parts;
+  for (const EncodeJob& job : jobs)
+    if (job.parts) in_parts.insert(job.group.ids.begin(), job.group.ids.end());
+  const std::vector<PrimitiveId> all = all_primitives(output);
+  std::map<PrimitiveId, PrimitiveId> origin_of;
+  std::vector<PrimitiveId> ids;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const PrimitiveId origin = origin_of[all[i]] = origins[i];
+    const bool was_read = reports[origin].faces > 0;
+    if (in_parts.contains(origin)) continue;
+    if (output.records().primitive(all[i]).storage() == PrimitiveStorage::kStockDraco && !was_read) continue;
+    ids.push_back(all[i]);
+  }
+  const auto views = condense_document(output, ids, {options.condense_smallest, options.verify}, pool);
+  if (!views) return views.status();
+  for (const CondensedView& view : *views)
+    for (const PrimitiveId id : view.ids) report_condensed(output, id, view, reports[origin_of.at(id)]);
+  return {};
+}
+
+// Joins points of jobs that stay whole.
+Status join_points(const Document& document, const EncodeDocumentOptions& options, std::vector<EncodeJob>& jobs,
+                   const ThreadPool& pool) {
+  pool.for_each(jobs.size(), [&](size_t i) {
+    EncodeJob& job = jobs[i];
+    if (job.stored_as == StoredAs::kDraco && !job.parts)
+      job.status = join_repeated_points(job, options.fallback != Fallback::kNone, pool);
+  });
+  for (EncodeJob& job : jobs)
+    if (!job.status.ok()) return std::move(job.status).at(job.place(document));
   return {};
 }
 
@@ -146,18 +200,23 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
   return bytes;
 }
 
-// Geometries that share data, which goes only with all of them.
-struct SharingJobs {
-  std::vector<EncodeJob*> jobs;
-  uint64_t before = 0;     // the bytes that the document would lose with them
-  uint64_t after = 0;      // those that it would get
-  bool has_users = false;  // other objects keep some of the data
+// The bytes of geometries that share data, which goes only with all of them.
+struct SharedSizes {
+  std::vector<PrimitiveId> ids;             // the first primitive of each
+  uint64_t before = 0;                      // the bytes that the document would lose with them
+  uint64_t streams = 0, morph_targets = 0;  // those that it would get
+  bool has_users = false;                   // other objects keep some of the data
 
-  std::string sizes() const {
-    return std::to_string(after) + " bytes instead of " + std::to_string(before) +
-           (jobs.size() > 1 ? ", together with the primitives that share its data" : "") +
+  uint64_t after() const { return streams + morph_targets; }
+  std::string text() const {
+    return std::to_string(after()) + " bytes instead of " + std::to_string(before) +
+           (ids.size() > 1 ? ", together with the primitives that share its data" : "") +
            (has_users ? "; what other objects use would stay" : "");
   }
+};
+struct SharingJobs {
+  std::vector<EncodeJob*> jobs;
+  SharedSizes sizes;
 };
 
 std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<EncodeJob>& jobs) {
@@ -172,16 +231,17 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
   std::vector<SharingJobs> result;
   for (const std::vector<size_t>& set : owners.sharing_sets(groups)) {
     SharingJobs& sharing = result.emplace_back();
+    SharedSizes& sizes = sharing.sizes;
     std::vector<const PrimitiveGroup*> of_set;
-    std::vector<PrimitiveId> ids;
     for (const size_t i : set) {
       sharing.jobs.push_back(encoded[i]);
-      sharing.after += encoded[i]->stored_bytes + morph_bytes(document, *encoded[i]);
+      sizes.streams += encoded[i]->stored_bytes;
+      sizes.morph_targets += morph_bytes(document, *encoded[i]);
       of_set.push_back(groups[i]);
-      ids.push_back(groups[i]->ids.front());
+      sizes.ids.push_back(groups[i]->ids.front());
     }
-    sharing.before = owners.bytes_of(of_set);
-    sharing.has_users = sharing.before < geometry_bytes(document, ids);
+    sizes.before = owners.bytes_of(of_set);
+    sizes.has_users = sizes.before < geometry_bytes(document, sizes.ids);
   }
   return result;
 }
@@ -189,24 +249,26 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
 // Why the geometries stay as they are; empty if they do not. Parallel decoding is worth a few bytes: patches of
 // stock Draco may take 3 % more.
 std::string reason_to_leave(const Document& document, const SharingJobs& sharing) {
-  if (sharing.after < sharing.before) return "";
+  const SharedSizes& sizes = sharing.sizes;
+  if (sizes.after() < sizes.before) return "";
   bool is_stock = true, is_split = true;
   for (const EncodeJob* job : sharing.jobs) {
     is_stock &= document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kStockDraco;
     is_split &= job->encoded.statistics.patch_count > 1;
   }
-  if (!is_stock) return "Draco would take " + sharing.sizes();
-  if (!is_split) return "stock Draco that would take " + sharing.sizes();
+  if (!is_stock) return "Draco would take " + sizes.text();
+  if (!is_split) return "stock Draco that would take " + sizes.text();
   constexpr uint64_t kMostPercent = 103;
-  if (sharing.after * 100 <= sharing.before * kMostPercent) return "";
-  return "stock Draco that would take " + sharing.sizes() +
+  if (sizes.after() * 100 <= sizes.before * kMostPercent) return "";
+  return "stock Draco that would take " + sizes.text() +
          " in patches; --patches and --patch-faces split it all the same";
 }
 
 // Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
-// reason. Geometry that grows because the user asks for patches gets a warning.
+// reason. Adds the others that may grow, because the user wants them, to `may_grow`.
 Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
-                             std::vector<EncodeJob>& jobs, EncodeReports& reports) {
+                             std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
+                             EncodeReports& reports) {
   const bool with_fallback = options.fallback != Fallback::kNone;
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
@@ -225,8 +287,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
     const std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
     for (const EncodeJob* job : sharing.jobs)
       for (const PrimitiveId id : job->group.ids) reports[id].skipped = reason;
-    if (is_wanted && !with_fallback && sharing.after > sharing.before)
-      reports[sharing.jobs.front()->group.ids.front()].warnings.push_back("grows: " + sharing.sizes());
+    if (is_wanted && !with_fallback) may_grow.push_back(sharing.sizes);
   }
   std::vector<EncodeJob> kept;
   for (EncodeJob& job : jobs)
@@ -236,6 +297,15 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
       set_position_bounds(document, job);
   jobs = std::move(kept);
   return {};
+}
+
+// Geometry that grows because the user asks for patches gets a warning.
+void warn_of_growth(std::vector<SharedSizes>& may_grow, EncodeReports& reports) {
+  for (SharedSizes& sizes : may_grow) {
+    sizes.streams = 0;  // some may be condensed now
+    for (const PrimitiveId id : sizes.ids) sizes.streams += reports[id].bytes;
+    if (sizes.after() > sizes.before) reports[sizes.ids.front()].warnings.push_back("grows: " + sizes.text());
+  }
 }
 
 // What the report says of a mesh file, as if its mesh had been in memory.
@@ -274,19 +344,23 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   std::vector<EncodeJob>& jobs = read->jobs;
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
-  encode_jobs(document, jobs, pool, progress);
-  if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
+  encode_jobs(jobs, pool, progress);
+  std::vector<SharedSizes> may_grow;
+  if (Status status = leave_what_would_grow(document, options, jobs, may_grow, reports); !status.ok())
+    return status;
+  if (options.condenses())
+    if (Status status = join_points(document, options, jobs, pool); !status.ok()) return status;
   for (EncodeJob& job : jobs)
     for (const PrimitiveId id : job.group.ids) {
       job.report(reports[id]);
       if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
     }
-  Expected<CondensedPatches> condensed = CondensedPatches();
-  if (options.condense && options.compat == Compat::kNone)
-    condensed = condense_patches(document, options, pool, reports);
-  if (!condensed) return condensed.status();
-  Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, *condensed, reports);
+  const std::vector<PrimitiveId> origins = origins_of_output(document, jobs);
+  Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, reports);
+  if (status.ok() && options.condenses())
+    status = condense_output(document, origins, jobs, options, pool, reports);
   if (!status.ok()) return status;
+  warn_of_growth(may_grow, reports);
   return std::move(reports).list();
 }
 

@@ -12,11 +12,11 @@
 namespace psplit {
 
 // Replaces the geometry of every triangle primitive in place: primitives that are split become
-// PSPLIT_mesh_draco_patches, and primitives that stay whole become KHR_draco_mesh_compression, or one condensed
-// patch if that is wanted and smaller (EncodeDocumentOptions::condense). Two kinds are left as they are, unless
-// patches were asked for (PatchTarget::is_given): stock Draco that would not become smaller, and plain geometry
-// that is smaller than its stream. EXT_mesh_manifold is dropped from the meshes of replaced primitives, because
-// its data refer to indices.
+// PSPLIT_mesh_draco_patches, and primitives that stay whole become KHR_draco_mesh_compression. Two kinds are
+// left as they are, unless patches were asked for (PatchTarget::is_given): stock Draco that would not become
+// smaller, and plain geometry that is smaller than its stream. EXT_mesh_manifold is dropped from the meshes of
+// replaced primitives, because its data refer to indices. Then all that is wanted is condensed
+// (EncodeDocumentOptions::condense).
 //
 // Primitives that are in patches already stay as they are, except with Compat::kKhr. They are decoded once and
 // checked whole; an invalid one is an error.

@@ -63,10 +63,10 @@ struct EncodeDocumentOptions {
   std::vector<std::string> skip{};
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
-  // Condense the streams of patches, with models that they share: fewer bytes, for loaders that decode
-  // them. Primitives that stay whole become one condensed patch if that saves bytes. A stock Draco
-  // stream that stays whole is condensed as it is, and so are patches of the input; both can be restored
-  // (expand_document.h). Not with Compat::kKhr.
+  // Condense what is stored without it, if that makes the file smaller (condense_document.h): fewer bytes, for
+  // loaders that decode condensed streams. So patches share their tables, and a primitive that stays whole, or
+  // as it is in stock Draco, becomes one condensed patch. expand_document restores all that. Not with
+  // Compat::kKhr.
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   bool verify = true;
@@ -79,6 +79,7 @@ struct EncodeDocumentOptions {
     if (patches.most > 0) return patches.most;
     return compat == Compat::kKhr ? kMostPatchPrimitives : UINT64_MAX;
   }
+  bool condenses() const { return condense && compat == Compat::kNone; }
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   CodingOptions coding() const {
     const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;

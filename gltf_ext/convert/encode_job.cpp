@@ -50,13 +50,11 @@ void EncodeJob::note_storage() {
 
 void EncodeJob::report(PrimitiveReport& report) {
   report.stored_as = stored_as;
-  report.keeps_streams = keeps_stream;
   report.bytes = stored_bytes;
   report.streams = encoded.entries;
   report.has_residue = encoded.statistics.patch_count < encoded.entries.size();
   report.head_bytes = encoded.head_bytes;
-  if (const AttributeCoding* coding = position_coding(); coding != nullptr && !keeps_stream)
-    report.position_coding = *coding;
+  if (const AttributeCoding* coding = position_coding(); coding != nullptr) report.position_coding = *coding;
   report.statistics = encoded.statistics;
 }
 
@@ -79,7 +77,6 @@ EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   result.alone = options.compat == Compat::kKhr ? Alone::kAll
                  : options.patches.always       ? Alone::kNone
                                                 : Alone::kWhole;
-  result.condense = options.condense && options.compat == Compat::kNone;
   result.condense_smallest = options.condense_smallest;
   result.verify = options.verify;
   return result;

@@ -32,8 +32,6 @@ struct EncodeJob {
   EncodedMesh encoded;
   std::optional<EncodedInParts> parts;  // has the bytes instead of `encoded`
   bool drops_attributes = false;        // which its stock Draco stream would keep
-  bool keeps_stream = false;            // `encoded` is the stock Draco stream of the input, condensed,
-  std::optional<int64_t> stream_view;   // and takes its place in this buffer view, if nothing else is there
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
   Status status;
@@ -65,7 +63,8 @@ struct EncodeJob {
 Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDocumentOptions& options,
                                    double step);
 
-// What the options say about the streams of a mesh.
+// What the options say about the streams of a mesh, which are not condensed: condense_document does that when
+// all are there.
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options);
 
 // The mesh that encode_job stores.

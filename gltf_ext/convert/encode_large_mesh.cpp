@@ -35,6 +35,8 @@ PartsOptions options_of_parts(const EncodeDocumentOptions& options, const OutOfC
   else
     result.patch_faces = std::max(result.patch_faces, faces / options.most_patches());
   result.streams = options_of_streams(options);
+  // While all streams of a container are in memory.
+  result.streams.condense = options.condenses();
   result.most_points = limits.most_container_points;
   return result;
 }

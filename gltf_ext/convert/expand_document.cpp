@@ -113,16 +113,7 @@ Expected<ExpandReport> expand_document(Document& document, const ThreadPool& poo
     ++(found->second.is_draco ? report.to_draco : report.to_patches);
     if (found->second.is_draco) become_draco.push_back(id);
   }
-  bool all_have_fallbacks = true;
-  for (const PrimitiveId id : become_draco)
-    all_have_fallbacks &= document.records().has_plain_data(document.records().primitive(id));
-  for (const PrimitiveId id : become_draco) {
-    Json& extensions = primitive_json(document, id)["extensions"];
-    Json moved = std::move(extensions[kExtensionName]);
-    extensions.erase(kExtensionName);
-    extensions[kStockExtensionName] = std::move(moved);
-  }
-  if (!become_draco.empty()) list_extension(document, kStockExtensionName, !all_have_fallbacks);
+  rename_draco_extension(document, become_draco, kExtensionName, kStockExtensionName);
   PrimitiveEditor editor(document);
   for (const auto& [view, expanded] : expanded_of)
     if (expanded.mesh.point_count > 0)

@@ -165,16 +165,9 @@ class PrimitiveChecker {
     if (!needs_bounds && field(accessor, "min") == nullptr && field(accessor, "max") == nullptr) return;
     Json wanted = Json::object();
     describe_decoded(wanted, decoded, true);
-    for (const char* name : {"min", "max"}) {
-      const Json* stated = array_field(accessor, name);
-      const Json& exact = wanted[name];
-      bool equal = stated != nullptr && stated->size() == exact.size();
-      for (size_t c = 0; equal && c < exact.size(); ++c) {
-        const auto a = number_value((*stated)[c]), b = number_value(exact[c]);
-        equal = a && b && static_cast<float>(*a) == static_cast<float>(*b);
-      }
-      if (!equal) report("accessor-bounds", what + ": " + name + " is not that of the decoded values");
-    }
+    for (const char* name : {"min", "max"})
+      if (!is_bound(field(accessor, name), wanted[name]))
+        report("accessor-bounds", what + ": " + name + " is not that of the decoded values");
   }
 
   const Document& document_;

@@ -79,7 +79,7 @@ void store_in_memory(Document& document, const EncodeJob& job, std::span<const P
                      const char* extension, GeometryData data, PrimitiveEditor& editor) {
   const auto store = [&](const PrimitiveGroup& group, std::span<const uint8_t> bytes, const Mesh& decoded,
                          const std::vector<uint32_t>& source_point) {
-    const int64_t view = job.stream_view ? *job.stream_view : append_buffer_view(document, bytes);
+    const int64_t view = append_buffer_view(document, bytes);
     editor.set_geometry(group, decoded, reorder(job.morphs, source_point), data);
     set_draco_extension(document, group, extension, view, job.encoded.requests);
   };

@@ -8,8 +8,7 @@
 namespace psplit {
 
 // Makes the primitives of groups[k] refer to the piece k of the job, which has piece_count() of them, with the
-// decoded mesh if there is a fallback. The bytes of a job in parts become mapped temporary files. Those of a
-// stream with a stream_view are not stored: the caller replaces what is there.
+// decoded mesh if there is a fallback. The bytes of a job in parts become mapped temporary files.
 Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGroup> groups,
                  const EncodeDocumentOptions& options, const OutOfCoreOptions& limits, const ThreadPool& pool,
                  PrimitiveEditor& editor);

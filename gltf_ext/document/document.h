@@ -2,6 +2,7 @@
 // unchanged.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -23,6 +24,8 @@ struct PSPLIT_EXPORT AssetRecords;
 struct PrimitiveId {
   size_t mesh = 0;
   size_t primitive = 0;
+
+  auto operator<=>(const PrimitiveId&) const = default;
 };
 
 // The JSON of an asset, which is edited in place, and the records that readers take. gltf_ext/json/json.h has

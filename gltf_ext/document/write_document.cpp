@@ -9,19 +9,16 @@
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
+#include "gltf_ext/json/json_text.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string dump(const Json& json, int indent) {
-  return json.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
-}
-
 Status write_glb(const PackedDocument& packed, const fs::path& path, IfReadOnly if_read_only,
                  WriteReport& report) {
-  const auto head = glb_head(dump(packed.json, -1), packed.bytes.size());
+  const auto head = glb_head(json_line(packed.json), packed.bytes.size());
   if (!head) return head.status();
   std::vector<std::span<const uint8_t>> parts{*head};
   parts.insert(parts.end(), packed.bytes.parts().begin(), packed.bytes.parts().end());
@@ -46,7 +43,7 @@ Status write_gltf(const Document& document, PackedDocument& packed, const fs::pa
     if (Status status = write_file(binary, FileParts(buffer->parts()), if_read_only); !status.ok())
       return status;
   }
-  const std::string text = dump(packed.json, 2) + "\n";
+  const std::string text = json_lines(packed.json) + "\n";
   report.files.push_back(path);
   const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(text.data()), text.size());
   if (Status status = write_file(path, {bytes}, if_read_only); !status.ok()) return status;

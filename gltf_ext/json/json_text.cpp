@@ -43,6 +43,7 @@ Expected<Json> parse_json(std::string_view text) {
 }
 
 std::string json_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string json_lines(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
 
 bool is_utf8(const std::string& text) {
   try {

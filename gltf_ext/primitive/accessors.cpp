@@ -231,6 +231,15 @@ Json bound_json(std::span<const double> values, ComponentType type) {
   return bound;
 }
 
+bool is_bound(const Json* stated, const Json& exact) {
+  if (stated == nullptr || !stated->is_array() || stated->size() != exact.size()) return false;
+  for (size_t c = 0; c < exact.size(); ++c) {
+    const auto a = number_value((*stated)[c]), b = number_value(exact[c]);
+    if (!a || !b || static_cast<float>(*a) != static_cast<float>(*b)) return false;
+  }
+  return true;
+}
+
 void describe_decoded(Json& accessor, const ValuesView& data, bool with_bounds) {
   for (const char* name : {"bufferView", "byteOffset", "sparse"}) accessor.erase(name);
   accessor["count"] = data.count;

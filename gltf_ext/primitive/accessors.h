@@ -98,6 +98,9 @@ Json describe_stored(const ValuesView& data);
 // A bound of an accessor: floats, or integers without a fraction.
 Json bound_json(std::span<const double> values, ComponentType type);
 
+// Whether a bound that an accessor states is `exact`: readers compare bounds as floats.
+bool is_bound(const Json* stated, const Json& exact);
+
 // Makes `accessor` describe decoded data that an extension supplies: sets count, min and max, and removes
 // bufferView, byteOffset and sparse. Its other members stay.
 void describe_decoded(Json& accessor, const ValuesView& data, bool with_bounds);

@@ -62,6 +62,20 @@ void set_draco_extension(Document& document, const PrimitiveGroup& group, const 
   }
 }
 
+void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids, const char* from,
+                            const char* to) {
+  if (ids.empty()) return;
+  const bool all_have_fallbacks = std::ranges::all_of(
+      ids, [&](PrimitiveId id) { return document.records().has_plain_data(document.records().primitive(id)); });
+  for (const PrimitiveId id : ids) {
+    Json& extensions = primitive_json(document, id)["extensions"];
+    Json moved = std::move(extensions[from]);
+    extensions.erase(from);
+    extensions[to] = std::move(moved);
+  }
+  list_extension(document, to, !all_have_fallbacks);
+}
+
 std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
                                                            std::span<const PrimitiveGroup> groups,
                                                            std::span<const size_t> counts) {

@@ -28,6 +28,11 @@ const Json& primitive_json(const Document& document, PrimitiveId id);
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
                          std::span<const AttributeRequest> requests);
 
+// Gives the primitives' extension `from`, one of the two, the name `to`, and lists it: as required unless all
+// of them have uncompressed geometry as well.
+void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids, const char* from,
+                            const char* to);
+
 // Replaces each primitive of groups[i] by counts[i] copies. Returns for each group the group of the first
 // copies, of the second copies, and so on. `groups` refers to the primitives of the unchanged document.
 std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,

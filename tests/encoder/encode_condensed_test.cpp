@@ -26,7 +26,7 @@ EncodedMesh condensed_grid() {
 
 TEST(EncodeCondensed, ExpandsToThePlainContainer) {
   const ThreadPool pool(2);
-  size_t condensed_count = 0;
+  size_t condensed_count = 0, kept_count = 0;
   uint32_t round = 0;
   for (const NamedMesh& named : all_meshes())
     for (const bool lossless : {false, true}) {
@@ -41,6 +41,7 @@ TEST(EncodeCondensed, ExpandsToThePlainContainer) {
       const PatchContainer container = *open_container(condensed->container);
       if (container.condensed_count() == 0) {
         EXPECT_EQ(condensed->container, plain->container);
+        ++kept_count;
         continue;
       }
       ++condensed_count;
@@ -57,13 +58,7 @@ TEST(EncodeCondensed, ExpandsToThePlainContainer) {
       }
     }
   EXPECT_GT(condensed_count, 10u);
-}
-
-// A single stream needs no container, so it is condensed only if that is smaller than the stream alone.
-TEST(EncodeCondensed, ASmallMeshStaysAsItIs) {
-  const EncodeOptions options{.condense = true};
-  const EncodedMesh encoded = must(encode(make_grid(2, 2), options));
-  EXPECT_EQ(open_container(encoded.container)->condensed_count(), 0u);
+  EXPECT_GT(kept_count, 0u);  // tables of small meshes take more than they save
 }
 
 // The residue is never condensed, so its row does not say whether it is.

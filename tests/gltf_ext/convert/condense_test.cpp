@@ -42,10 +42,20 @@ Json without_views(const Document& document) {
   return json;
 }
 
-// A primitive in one stream of stock Draco.
+// A sheet whose heights no encoder predicts.
+Mesh rough_sheet() {
+  const Mesh flat = make_grid(kColumns, kRows);
+  std::vector<float> positions = values_of<float>(flat.attributes[0]);
+  for (size_t i = 2; i < positions.size(); i += 3) positions[i] = std::sin(static_cast<float>(i * i % 1009));
+  return make_mesh(positions, flat.faces);
+}
+
+// A primitive in one stream of stock Draco, of few bits: it would grow if it were encoded again.
 Document stock_document(const Mesh& mesh) {
   Document document = document_from_mesh(mesh);
-  EXPECT_TRUE(encode_document_stock(document, {}, test_pool()).ok());
+  const EncodeDocumentOptions coarse{
+      .position_bits = 9, .normal_bits = 6, .texcoord_bits = 8, .color_bits = 5, .generic_bits = 8};
+  EXPECT_TRUE(encode_document_stock(document, coarse, test_pool()).ok());
   return document;
 }
 
@@ -92,7 +102,7 @@ TEST(Condense, AFallbackStaysAndTheExtensionIsNotRequired) {
 
 // Someone's asset: the stream is not encoded again, and comes back in all its bytes.
 TEST(Condense, StockDracoIsCondensedAsItIs) {
-  for (const Mesh& mesh : {make_grid(kColumns, kRows), rich_mesh(kColumns, kRows)}) {
+  for (const Mesh& mesh : {rough_sheet(), rich_mesh(kColumns, kRows)}) {
     const Document before = stock_document(mesh);
     Document document = before;
     const auto reports = must(encode_document(document, condensing(), cpu_backend(), test_pool()));
@@ -104,6 +114,114 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
     EXPECT_EQ(stored_bytes(document, kStockExtensionName), stored_bytes(before, kStockExtensionName));
     EXPECT_EQ(document.json()["accessors"], before.json()["accessors"]);
   }
+}
+
+// What is encoded again without condensing is encoded again.
+TEST(Condense, StockDracoThatIsEncodedAgainIsCondensedThen) {
+  const Document before = stock_document(rough_sheet());
+  EncodeDocumentOptions coarse{.position_bits = 6};
+  Document plain = before, condensed = before;
+  ASSERT_TRUE(encode_with(plain, coarse).ok());
+  ASSERT_NE(stored_bytes(plain, kStockExtensionName), stored_bytes(before, kStockExtensionName));
+  coarse.condense = true;
+  const auto reports = must(encode_document(condensed, coarse, cpu_backend(), test_pool()));
+  EXPECT_FALSE(reports.at(0).keeps_streams);
+  EXPECT_TRUE(is_condensed(condensed));
+  ASSERT_TRUE(expand_document(condensed, test_pool()).ok());
+  EXPECT_EQ(stored_bytes(condensed, kStockExtensionName), stored_bytes(plain, kStockExtensionName));
+  EXPECT_EQ(condensed.json(), plain.json());
+}
+
+// Others write the bounds of what they encoded. A container needs those of what is decoded.
+TEST(Condense, BoundsOfStockDracoBecomeExact) {
+  const Document exact = stock_document(rough_sheet());
+  Document document = exact;
+  accessor_of(document, "POSITION")["max"][0] = 12345.678;
+  accessor_of(document, "indices")["max"] = {7};
+  Document shared = document;
+  ASSERT_TRUE(encode_with(document, condensing()).ok());
+  EXPECT_TRUE(is_condensed(document));
+  EXPECT_EQ(findings_of(document, cpu_backend()), "");
+  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  EXPECT_EQ(stored_bytes(document, kStockExtensionName), stored_bytes(exact, kStockExtensionName));
+  // An accessor that something else uses is not changed.
+  shared.json()["animations"] = Json::array(
+      {{{"samplers",
+         Json::array({{{"input", 0}, {"output", primitive_of(shared)["attributes"]["POSITION"]}}})}}});
+  const Json before = shared.json();
+  ASSERT_TRUE(encode_with(shared, condensing()).ok());
+  EXPECT_EQ(shared.json(), before);
+}
+
+// The bytes would stay for the other view.
+TEST(Condense, ViewsOfTheSameBytesStay) {
+  const auto with_second_view = [](Document document) {
+    Json& views = document.json()["bufferViews"];
+    views.push_back(Json(views[0]));
+    Json& primitives = document.json()["meshes"][0]["primitives"];
+    primitives.push_back(Json(primitives[0]));
+    for (auto& extension : primitives[1]["extensions"]) extension["bufferView"] = views.size() - 1;
+    return document;
+  };
+  Document patches = document_from_mesh(make_grid(kColumns, kRows));
+  ASSERT_TRUE(encode_with(patches, {.patches = {.count = 5}}).ok());
+  for (const Document& before : {with_second_view(stock_document(rough_sheet())), with_second_view(patches)}) {
+    Document document = before;
+    const auto reports = must(encode_document(document, condensing(), cpu_backend(), test_pool()));
+    for (const PrimitiveReport& report : reports) EXPECT_EQ(report.stored_as, StoredAs::kAsItWas);
+    EXPECT_EQ(document.json(), before.json());
+  }
+}
+
+// A book: all pages meet in the edges of its spine.
+Mesh book(uint32_t pages, uint32_t rows) {
+  std::vector<float> positions;
+  for (uint32_t edge = 0; edge <= pages; ++edge)  // the spine, then the outer edge of each page
+    for (uint32_t row = 0; row <= rows; ++row) {
+      const auto angle = static_cast<float>(edge), height = static_cast<float>(row);
+      const float radius = edge == 0 ? 0.0f : 1.0f;
+      positions.insert(positions.end(), {radius * std::cos(angle), radius * std::sin(angle),
+                                         height + 0.4f * std::sin(height * height + angle)});
+    }
+  Faces faces;
+  for (uint32_t page = 0; page < pages; ++page)
+    for (uint32_t row = 0; row < rows; ++row) {
+      const uint32_t point = (page + 1) * (rows + 1) + row;
+      faces.push_back({row, point, point + 1});
+      faces.push_back({row, point + 1, row + 1});
+    }
+  return make_mesh(positions, faces);
+}
+
+// Stock Draco repeats the points of the spine on each page. A stitch map joins them, also in other data.
+TEST(Condense, PointsThatStockDracoRepeatsAreJoined) {
+  const Mesh mesh = book(9, 200);
+  const Document input = document_from_mesh(mesh);
+  Document plain = input, condensed = input;
+  ASSERT_TRUE(encode_with(plain, {}).ok());
+  const uint32_t repeated = must(read(plain)).point_count;
+  const auto reports = must(encode_document(condensed, condensing(), cpu_backend(), test_pool()));
+  ASSERT_TRUE(is_condensed(condensed));
+  EXPECT_EQ(must(read(condensed)).point_count, mesh.point_count);
+  EXPECT_LT(mesh.point_count, repeated);
+  EXPECT_GT(open_container(stored_bytes(condensed, kExtensionName))->reference_count(), 0u);
+  EXPECT_EQ(findings_of(condensed, cpu_backend()), "");
+  ASSERT_TRUE(expand_document(condensed, test_pool()).ok());
+  EXPECT_EQ(condensed.json(), plain.json());
+
+  Document morphed = input;
+  const std::vector<float> deltas = values_of<float>(mesh.attributes[0]);
+  primitive_of(morphed)["targets"] = Json::array(
+      {{{"POSITION", append_accessor(morphed, make_data(ComponentType::kFloat32, 3, deltas), 34962, true)}}});
+  EncodeDocumentOptions options = condensing();
+  options.fallback = Fallback::kUncompressed;
+  options.lossless = true;
+  ASSERT_TRUE(encode_with(morphed, options).ok());
+  ASSERT_TRUE(is_condensed(morphed));
+  EXPECT_EQ(must(read(morphed)).point_count, mesh.point_count);
+  EXPECT_EQ(findings_of(morphed, cpu_backend()), "");
+  const auto targets = must(read_morph_targets(morphed, {0, 0}));
+  EXPECT_EQ(targets.at(0).data.values, read(morphed)->find("POSITION")->values);
 }
 
 // Patches that the input has already: nothing is encoded again.
@@ -142,7 +260,7 @@ TEST(Condense, PatchesAreCondensedAsTheyAre) {
 
 // Splitting changes the order of points, so EXT_mesh_manifold is dropped. Condensing a stream does not.
 TEST(Condense, StockDracoThatIsCondensedKeepsItsManifold) {
-  Document document = stock_document(make_grid(kColumns, kRows));
+  Document document = stock_document(rough_sheet());
   document.json()["meshes"][0]["extensions"]["EXT_mesh_manifold"] = {
       {"manifoldPrimitive", {{"indices", primitive_of(document)["indices"]}}}};
   Document split = document;
@@ -200,10 +318,11 @@ TEST(Condense, AMutantHasOneVerdict) {
   EXPECT_GT(accepted, 10u);
 }
 
-// A stitch map joins points of a single patch; stock Draco repeats them.
+// A stitch map joins points of a single patch, and the fallback has them joined. Stock Draco repeats them.
 TEST(Condense, ASinglePatchWithAFallbackStaysAContainer) {
   Document document = document_from_mesh(rich_mesh(kColumns, kRows));
   EncodeDocumentOptions options = condensing(1);
+  options.patches.always = true;
   options.fallback = Fallback::kUncompressed;
   ASSERT_TRUE(encode_with(document, options).ok());
   const bool has_references = open_container(stored_bytes(document, kExtensionName))->reference_count() > 0;

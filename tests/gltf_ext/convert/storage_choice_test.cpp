@@ -10,9 +10,11 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -182,6 +184,52 @@ TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   reports = must(encode_by_default(document, coarse));
   EXPECT_EQ(reports[0].stored_as, StoredAs::kDraco);
   EXPECT_LT(reports[0].bytes, reports[0].input_bytes);
+}
+
+// The bytes of the files that have the document.
+uint64_t file_bytes(const Document& document, const char* name) {
+  const TestFolder folder;
+  WriteReport report;
+  EXPECT_TRUE(write_document(document, folder / name, {}, &report).ok());
+  uint64_t bytes = 0;
+  for (const std::filesystem::path& file : report.files) bytes += std::filesystem::file_size(file);
+  return bytes;
+}
+
+// Small meshes whose condensed streams take about as many bytes as their Draco streams: what the JSON of the
+// extensions takes decides.
+Mesh small_mesh(uint32_t columns, uint32_t rows) {
+  const Mesh flat = make_grid(columns, rows);
+  std::vector<float> positions = values_of<float>(flat.attributes[0]);
+  for (size_t i = 2; i < positions.size(); i += 3)
+    positions[i] = std::sin(static_cast<float>(i)) + 0.1f * static_cast<float>(i * i % 101);
+  return make_mesh(positions, flat.faces);
+}
+
+TEST(StorageChoice, CondensingNeverMakesAFileLarger) {
+  size_t condensed_count = 0, stock_count = 0, mixed_count = 0;
+  for (uint32_t columns = 2; columns < 20; ++columns)
+    for (const uint32_t tiny_count : {0u, 1u, 2u}) {
+      Document document = document_from_mesh(small_mesh(columns, 3));
+      for (uint32_t i = 0; i < tiny_count; ++i) add_mesh(document, small_mesh(2, 2));
+      Document condensed = document;
+      EncodeDocumentOptions options;
+      if (columns % 3 == 0) options.fallback = Fallback::kUncompressed;
+      must(encode_by_default(document, options));
+      options.condense = true;
+      must(encode_by_default(condensed, options));
+      const bool is_condensed = count_in(condensed, kExtensionName) > 0;
+      for (const char* name : {"a.glb", "a.gltf"}) {
+        const uint64_t bytes = file_bytes(document, name), bytes_condensed = file_bytes(condensed, name);
+        EXPECT_LE(bytes_condensed, bytes) << name << " of " << columns << " and " << tiny_count;
+      }
+      EXPECT_EQ(condensed.json() == document.json(), !is_condensed);
+      ++(is_condensed ? condensed_count : stock_count);
+      mixed_count += is_condensed && count_in(condensed, kStockExtensionName) > 0 ? 1 : 0;
+    }
+  EXPECT_GT(condensed_count, 10u);
+  EXPECT_GT(stock_count, 10u);
+  EXPECT_GT(mixed_count, 10u);
 }
 
 TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {

@@ -209,7 +209,7 @@ Status write_batch_report(const std::string& path, const Json& head,
     const auto write = [&](std::string_view text) {
       return std::fwrite(text.data(), 1, text.size(), file) == text.size();
     };
-    std::string text = head.dump(2, ' ', false, Json::error_handler_t::replace);
+    std::string text = json_lines(head);
     text.resize(text.rfind('\n'));  // the brace that closes it follows the assets
     bool is_written = write(text + ",\n  \"assets\": ["), is_first = true;
     for_each_row([&](std::string_view row) {

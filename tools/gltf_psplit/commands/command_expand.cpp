@@ -79,9 +79,7 @@ void add_expand_command(CLI::App& app, Action& action) {
   add_report_option(command, arguments->report);
   add_examples(command, {{"gltf-psplit expand small.glb dragon.glb",
                           "Draco patches, for loaders without condensed ones: the file that encode "
-                          "--no-condense would have given, "
-                          "but stock Draco and patches that encode was given come back as they were, and "
-                          "--always-patches is forgotten"},
+                          "--no-condense would have given, but --always-patches is forgotten"},
                          {"gltf-psplit expand small.glb draco.glb --report - | jq .streams",
                           "show the bytes before and after"}});
   command.callback([arguments, &action] {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "gltf_ext/document/image_bytes.h"
-#include "gltf_ext/json/json.h"
+#include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
 
 namespace psplit {
@@ -13,7 +13,7 @@ AssetParts measure_parts(const Document& document, std::span<const PrimitiveId> 
   parts.meshes = geometry_bytes(document, primitives);
   parts.textures = images.total();
   parts.missing_images = images.missing;
-  const std::string json = document.json().dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string json = json_line(document.json());
   uint64_t all = json.size() + images.in_files;
   for (const BufferRecord& buffer : document.records().buffers) all += buffer.bytes;
   // Accessors may overlap.

@@ -1,6 +1,7 @@
 #include "tools/gltf_psplit/files/text_output.h"
 
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/json/json_text.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
@@ -14,8 +15,6 @@ Status write_text(const std::string& path, const std::string& text, IfReadOnly i
   return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}}, if_read_only);
 }
 
-std::string report_text(const Json& report) {
-  return report.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
-}
+std::string report_text(const Json& report) { return json_lines(report) + "\n"; }
 
 }  // namespace psplit

@@ -112,8 +112,9 @@ void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* condense = command.add_flag(
       "--condense", arguments.condense,
       "Condense the streams: code them with tables that all patches of a primitive share. That takes fewer "
-      "bytes, and needs a loader that decodes condensed patches. Stock Draco that is not split, and patches of "
-      "the input, are condensed as they are; the subcommand expand restores them. No effect with --compat khr");
+      "bytes, and needs a loader that decodes condensed patches. Primitives that stay whole, and stock Draco "
+      "and patches of the input that stay as they are, are condensed too, if that makes the file smaller; the "
+      "subcommand expand restores all streams. No effect with --compat khr");
   command
       .add_flag("--no-condense", arguments.no_condense,
                 "Do not condense streams; the default. Condensed patches of the input stay: see expand")

@@ -1,0 +1,14 @@
+// Points that stock Draco repeats where a surface is not manifold, joined by the stitch map of a patch.
+#pragma once
+
+#include "gltf_ext/convert/encode_job.h"
+
+namespace psplit {
+
+// Makes the lone stream of a job the patch of a condensed container that joins its repeated points. Leaves the job
+// if there are none, or if the file would not surely get smaller, or as small as with the stream condensed
+// alone. `with_fallback`: the points are stored uncompressed as well. Errors: kRuntimeFailure if the container
+// does not decode to the same triangles, which is a bug.
+Status join_repeated_points(EncodeJob& job, bool with_fallback, const ThreadPool& pool);
+
+}  // namespace psplit
