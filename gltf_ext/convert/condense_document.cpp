@@ -164,7 +164,8 @@ Status condense_stock(const Document& document, const StoredPrimitive& stored, c
 
 // The bytes of a file's JSON, on each of the two ways to write it.
 struct JsonBytes {
-  explicit JsonBytes(const Json& json) : in_glb(std::ssize(json_line(json))), in_gltf(std::ssize(json_lines(json))) {}
+  explicit JsonBytes(const Json& json)
+      : in_glb(std::ssize(json_line(json))), in_gltf(std::ssize(json_lines(json))) {}
 
   int64_t in_glb, in_gltf;
 };
@@ -232,9 +233,8 @@ Expected<std::vector<CondensedView>> condense_document(Document& document, std::
     if (!stored)
       candidate.status = stored.status();
     else if (users.own_view(candidate.result.ids.size(), candidate.view))
-      candidate.status = candidate.is_stock
-                             ? condense_stock(document, *stored, users, options, pool, candidate)
-                             : condense_patches(*stored, options, pool, candidate);
+      candidate.status = candidate.is_stock ? condense_stock(document, *stored, users, options, pool, candidate)
+                                            : condense_patches(*stored, options, pool, candidate);
     candidate.status = std::move(candidate.status).at(place_of(document, id));
   });
   for (Candidate& candidate : candidates)

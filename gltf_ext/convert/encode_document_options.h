@@ -63,7 +63,7 @@ struct EncodeDocumentOptions {
   std::vector<std::string> skip{};
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
-  // Condense what is stored without it, if that makes the file smaller (condense_document.h): fewer bytes, for
+  // Condense what is stored without it, if that makes the file smaller: fewer bytes, for
   // loaders that decode condensed streams. So patches share their tables, and a primitive that stays whole, or
   // as it is in stock Draco, becomes one condensed patch. expand_document restores all that. Not with
   // Compat::kKhr.

@@ -54,8 +54,8 @@ uint64_t bytes_of_point(const EncodeJob& job, bool with_fallback) {
   return bytes;
 }
 
-// The most that a container takes beside its bytes: its extension in both lists, and padding of the streams and of
-// what follows. All other JSON is as with stock Draco, with smaller numbers.
+// The most that a container takes beside its bytes: its extension in both lists, and padding of the streams and
+// of what follows. All other JSON is as with stock Draco, with smaller numbers.
 uint64_t most_other_bytes(const EncodeJob& job) {
   constexpr uint64_t kListed = 2 * (std::string_view(kExtensionName).size() + 8), kAlignment = 4;
   return kListed + kAlignment * (1 + job.mesh.attributes.size() + job.morphs.size());
