@@ -178,16 +178,14 @@ bool pays(uint64_t saved, const JsonBytes& before, const JsonBytes& after) {
 
 // Whether the candidate makes the file smaller, lists of extensions apart.
 bool pays_alone(const Document& document, const Candidate& candidate) {
-  constexpr uint64_t kAlignment = 4;  // of streams
-  const auto padded = [](uint64_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; };
   const uint64_t stream_bytes = document.records().view(candidate.view).range.bytes;
   Json before = Json::array(), after = Json::array();
   for (const auto& [index, changed] : candidate.accessors) {
     before.push_back(document.json()["accessors"][static_cast<size_t>(index)]);
     after.push_back(changed);
   }
-  return pays(padded(stream_bytes) - padded(candidate.container.size()), JsonBytes(Json{{"accessors", before}}),
-              JsonBytes(Json{{"accessors", after}}));
+  const uint64_t saved = aligned_for_stream(stream_bytes) - aligned_for_stream(candidate.container.size());
+  return pays(saved, JsonBytes(Json{{"accessors", before}}), JsonBytes(Json{{"accessors", after}}));
 }
 
 // Makes the JSON say that stock Draco has become containers, if that makes the file smaller. Otherwise it stays

@@ -63,10 +63,9 @@ struct EncodeDocumentOptions {
   std::vector<std::string> skip{};
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
-  // Condense what is stored without it, if that makes the file smaller: fewer bytes, for
-  // loaders that decode condensed streams. So patches share their tables, and a primitive that stays whole, or
-  // as it is in stock Draco, becomes one condensed patch. expand_document restores all that. Not with
-  // Compat::kKhr.
+  // Condense what is stored without it, if that makes the file smaller: fewer bytes, for loaders that decode
+  // condensed streams. So patches share their tables, and a primitive that stays whole, or as it is in stock
+  // Draco, becomes one condensed patch. expand_document restores all that. Not with Compat::kKhr.
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   bool verify = true;

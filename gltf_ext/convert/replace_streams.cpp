@@ -60,9 +60,7 @@ std::vector<std::vector<Range>> ranges_of(Document& document, const StreamReplac
   return ranges;
 }
 
-constexpr uint64_t kStreamAlignment = 4, kAlignment = 8;
-
-uint64_t aligned(uint64_t at) { return (at + kStreamAlignment - 1) / kStreamAlignment * kStreamAlignment; }
+constexpr uint64_t kAlignment = 8;
 
 // Containers that share bytes with other ranges lose their replacements. Returns copies of these ranges.
 std::vector<Range> take_overlapping(std::vector<Range>& ranges) {
@@ -86,8 +84,8 @@ uint64_t place(std::vector<Range>& ranges) {
     uint64_t at = size;
     if (range.begin < end)
       at -= end - range.begin;
-    else if (range.is_aligned_to_4 && range.begin == aligned(end))
-      at = aligned(at);
+    else if (range.is_aligned_to_4 && range.begin == aligned_for_stream(end))
+      at = aligned_for_stream(at);
     else
       at += (range.begin - at) % kAlignment;
     range.new_begin = at;
@@ -126,7 +124,7 @@ void replace_in_buffer(Document& document, size_t buffer, std::vector<Range>& ra
     size = std::max(size, range.new_begin + range.new_bytes());
     end = std::max(end, range.end);
   }
-  for (const Range& range : overlapping) store(range, aligned(bytes.size()), range.replacement);
+  for (const Range& range : overlapping) store(range, aligned_for_stream(bytes.size()), range.replacement);
   document.json()["buffers"][buffer]["byteLength"] = bytes.size();
   document.buffers[buffer] = std::move(bytes);
 }

@@ -19,6 +19,12 @@ using StreamReplacements = std::map<int64_t, std::span<const uint8_t>>;
 // view shares stay, and their replacement is appended.
 void replace_streams(Document& document, const StreamReplacements& replacements);
 
+// The first place from `at` on where a stream may begin.
+constexpr uint64_t aligned_for_stream(uint64_t at) {
+  constexpr uint64_t kAlignment = 4;
+  return (at + kAlignment - 1) / kAlignment * kAlignment;
+}
+
 // The bytes that a file surely loses by replacements that are smaller than what they replace, in views of
 // replaceable_views: the buffers of a file begin at multiples of 8.
 uint64_t bytes_saved(Document& document, const StreamReplacements& replacements);

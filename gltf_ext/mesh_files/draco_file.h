@@ -1,4 +1,4 @@
-// A .drc file, which is one Draco mesh stream, as a document.
+// A .drc file, which is one Draco stream, as a document.
 #pragma once
 
 #include <functional>

@@ -20,11 +20,11 @@ PSPLIT_HD PSPLIT_INLINE void renew_steps(Run& run) {
     if (run.steps_left() == 0) run.renew();
 }
 
-// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and
-// steps_left(), which may be 0 before all steps are taken if it has renew(). If a step has several dependent
-// parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then the parts of all
-// runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers, and assigned back
-// when one of those in turn ends.
+// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and steps_left(), which may be
+// 0 before all steps are taken if it has renew(). If a step has several dependent parts, it has begin_step(),
+// and step_part() for each of its kParts, instead of step(): then the parts of all runs are taken in turn. Each
+// run is copied to a Run, whose state may be kept in registers, and assigned back when one of those in turn
+// ends.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
   T* at[kRuns] = {};

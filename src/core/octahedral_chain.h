@@ -57,8 +57,7 @@ class OctahedralChain {
   }
 
   // Copies the chain of one lane of a vector.
-  template <typename One>
-  void set(uint32_t lane, const OctahedralChain<One>& one) {
+  void set(uint32_t lane, const OctahedralChain<int32_t>& one) {
     center_[lane] = one.center_, s_[lane] = one.s_, t_[lane] = one.t_;
     beyond_[lane] = one.beyond_, canonicalized_[lane] = one.canonicalized_;
   }

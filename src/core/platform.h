@@ -30,7 +30,7 @@
 
 // Loads memory that is needed soon into the cache.
 #if defined(__CUDA_ARCH__)
-#define PSPLIT_PREFETCH(address) ((void)0)
+#define PSPLIT_PREFETCH(address) ((void)sizeof(address))
 #else
 #define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
 #endif

@@ -64,7 +64,7 @@ PSPLIT_HD Fault predict_from_positions(const PredictedValues<Index, 2>& on, cons
   if (data.scheme == Scheme::kGeometricNormal) {
     const View<Vec3> sums = sum_normals(on.table, positions, on.sequence.count, arena);
 #if defined(PSPLIT_HAS_VECTORS)
-    if (!PSPLIT_IS_SMALL_CODE && !sums.empty() && are_in_range(on, data.grid) && is_exact(data.grid))
+    if (!PSPLIT_IS_SMALL_CODE && !sums.empty() && is_exact(data.grid) && are_in_range(on, data.grid))
       return predict_from_sums(on, View<const Vec3>(sums), data), Fault::kNone;
 #endif
     return predict_from_geometry(SerialLanes(), on, positions, sums, data), Fault::kNone;

@@ -126,10 +126,11 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
   using Integers = IntegerDecoder<Index>;
   const auto itself = [](auto& run) -> auto& { return run; };
   const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
-  const auto take_predictions = [&]<typename Run>(Run& (Integers::*steps)()) {
+  const auto take_predictions = [&]<typename Run>(Run& (Integers::*steps)(),
+                                                  void (*take)(Run* const*, uint32_t)) {
     for_runs<Run>(
         decoders, count, [](Decoder& decoder) { return decoder.integers(); },
-        [=](Integers & integers) -> auto& { return (integers.*steps)(); }, step_all<kInStep, Run, Run>);
+        [=](Integers & integers) -> auto& { return (integers.*steps)(); }, take);
   };
   const auto attributes = [](Decoder& decoder) { return decoder.condensed_attributes(); };
   switch (decoders[0]->stop()) {
@@ -170,11 +171,9 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
             decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
             step_created<kInStep, Index>);
       if (!PSPLIT_IS_SMALL_CODE && count == 1) step_predictions(decoders[0]->integers());
-      take_predictions(&Integers::parallelograms_3d);
-      take_predictions(&Integers::parallelograms_2d);
-      for_runs<NormalSteps<Index>>(
-          decoders, count, [](Decoder& decoder) { return decoder.integers(); },
-          [](Integers & integers) -> auto& { return integers.normals(); }, step_normals<Index>);
+      take_predictions(&Integers::parallelograms_3d, step_all<kInStep, ParallelogramSteps<Index, 3>>);
+      take_predictions(&Integers::parallelograms_2d, step_all<kInStep, ParallelogramSteps<Index, 2>>);
+      take_predictions(&Integers::normals, step_normals<Index>);
       return;
     case Stop::kCorrections:
     case Stop::kDone: return;
