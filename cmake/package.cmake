@@ -6,7 +6,7 @@
 set(components decoder cuda)
 set(headers
     src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
-    src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h
+    src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
     src/loader/loader.h decoder_cuda/psplit_cuda.h)
 if(PSPLIT_HAS_TINYGLTF)
   list(APPEND components tinygltf)

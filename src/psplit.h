@@ -5,7 +5,7 @@
 // is one triangle primitive in plain arrays. loader.h is the one header that most loaders need: it turns the
 // bytes of a primitive into indices and attributes in the caller's memory. The rest is for more than that.
 // parallel.h has the pool of threads that decoding uses, decode_backend.h what a decoder is (the CPU's is the
-// default), cpu_backend.h the CPU's decoder and single Draco files, of meshes or point clouds,
+// default), cpu_backend.h the CPU's decoder, draco_stream.h single Draco files, of meshes or point clouds,
 // stream_description.h what a Draco stream holds, and draco_metadata.h what it says beside its geometry.
 //
 // Each other component of the package has headers of its own, which are installed below psplit/:
@@ -32,6 +32,7 @@
 #include "src/container/stream_description.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_metadata.h"
+#include "src/cpu/draco_stream.h"
 #include "src/loader/loader.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"

@@ -13,7 +13,7 @@ namespace psplit {
 // Whether bytes begin with the magic of Draco.
 bool is_draco(std::span<const uint8_t> bytes);
 
-// Decodes a point cloud to a mesh without faces, and describes it: decode_draco (src/cpu/cpu_backend.h) does.
+// Decodes a point cloud to a mesh without faces, and describes it: decode_draco (src/cpu/draco_stream.h) does.
 using DecodePoints = std::function<Expected<Mesh>(std::span<const uint8_t> stream, StreamDescription&)>;
 
 // A document of one node. Its primitive holds the unchanged stream as KHR_draco_mesh_compression, with the

@@ -40,6 +40,8 @@ struct StreamAttribute {
   float range = 0;
   std::vector<float> origin{};
 
+  bool is_octahedral() const { return bits > 0 && origin.empty(); }
+
   friend bool operator==(const StreamAttribute& a, const StreamAttribute& b) {
     const auto members = [](const StreamAttribute& of) {
       return std::tie(of.unique_id, of.semantic, of.type, of.components, of.normalized, of.bits, of.range,
@@ -75,7 +77,7 @@ struct StreamDescription {
   }
 };
 
-// describe_stream (src/cpu/cpu_backend.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
+// describe_stream (src/cpu/draco_stream.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
 // the other.
 using DescribeStream = std::function<Expected<StreamDescription>(std::span<const uint8_t> stream)>;
 

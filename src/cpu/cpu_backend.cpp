@@ -1,7 +1,6 @@
 #include "src/cpu/cpu_backend.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 #include "src/cpu/container_decoder.h"
@@ -9,24 +8,6 @@
 
 namespace psplit {
 namespace {
-
-template <typename Index>
-Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
-                    std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
-                    const PrimitiveBuffers& out) {
-  with_indices(out, [&]<typename Out>(Out* indices) {
-    for (uint32_t face = 0; face < face_count; ++face)
-      for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
-  });
-  for (size_t i = 0; i < requests.size(); ++i) {
-    std::byte* const values = out.attributes[i].bytes.data();
-    const size_t stride = out.attributes[i].stride;
-    Status written = write_attribute(patch, *attributes[i], requests[i],
-                                     [&](uint32_t point) { return values + point * stride; });
-    if (!written.ok()) return written;
-  }
-  return {};
-}
 
 // The tasks of a call, and what becomes of them.
 class Tasks {
@@ -148,128 +129,7 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const Buffers
   return Tasks(tasks, buffers_for, pool, watch).decode();
 }
 
-// The header of a point cloud. Nothing if the stream is of another kind.
-Expected<std::optional<core::CloudHeader>> read_cloud_header(std::span<const uint8_t> stream) {
-  core::CloudHeader header;
-  const core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
-  if (fault == core::Fault::kNotDraco) return std::optional<core::CloudHeader>();
-  if (fault == core::Fault::kVersion) {
-    constexpr size_t kMajor = 5, kMinor = 6;  // behind "DRACO"
-    return unsupported("Draco stream: a point cloud of bitstream " + std::to_string(stream[kMajor]) + "." +
-                       std::to_string(stream[kMinor]) + ", and only 2.2 and 2.3 are decoded");
-  }
-  if (fault != core::Fault::kNone) return status_of(fault);
-  return std::optional(header);
-}
-
-template <typename Use>
-Status with_any_cloud(const core::CloudHeader& header, std::span<const uint8_t> stream, Use use) {
-  const ScratchPool::Lease lease(scratch_pool());
-  return with_decoded_cloud(header, stream.size(), *lease,
-                            [&](const auto& patch) { return use(header, patch); });
-}
-
-// Decodes a stream whose attributes are not known, and calls use(header, patch).
-template <typename Use>
-Status with_any_stream(std::span<const uint8_t> stream, Use use) {
-  const Expected<std::optional<core::CloudHeader>> cloud = read_cloud_header(stream);
-  if (!cloud) return cloud.status();
-  if (*cloud) return with_any_cloud(**cloud, stream, use);
-  const PatchContainer container = open_stream(stream);
-  if (!container.refusal.ok()) return container.refusal;
-  const ScratchPool::Lease lease(scratch_pool());
-  // The first try has memory for as many attributes as most streams have.
-  const std::array<AttributeRequest, 4> likely;
-  return with_decoded(container, BorderValues(), 0, likely, *lease,
-                      [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
-}
-
-StreamCoding coding_of(const core::CloudHeader& header) {
-  return header.is_kd_tree ? StreamCoding::kCloudKdTree : StreamCoding::kCloudSequential;
-}
-StreamCoding coding_of(const core::StreamHeader& header) {
-  return !header.edgebreaker ? StreamCoding::kSequential
-         : header.valence    ? StreamCoding::kEdgebreakerValence
-                             : StreamCoding::kEdgebreaker;
-}
-
-template <typename Header, typename Index>
-StreamDescription description_of(const Header& header, const core::Patch<Index>& patch) {
-  StreamDescription description;
-  description.coding = coding_of(header);
-  description.face_count = patch.face_count;
-  description.point_count = patch.point_count;
-  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-    const core::Attribute<Index>& attribute = patch.attributes[i];
-    description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
-                                      attribute.type, attribute.components, attribute.normalized,
-                                      attribute.bits});
-    if (attribute.coding != core::Coding::kQuantized) continue;
-    StreamAttribute& described = description.attributes.back();
-    described.range = attribute.range;
-    described.origin.resize(attribute.components);
-    std::memcpy(described.origin.data(), attribute.origin, described.origin.size() * sizeof(float));
-  }
-  return description;
-}
-
 }  // namespace
-
-Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
-  StreamDescription description;
-  Status status = with_any_stream(stream, [&](const auto& header, const auto& patch) -> Status {
-    description = description_of(header, patch);
-    return {};
-  });
-  if (!status.ok()) return status;
-  return description;
-}
-
-Expected<Mesh> decode_draco(std::span<const uint8_t> stream, StreamDescription* description) {
-  Mesh mesh;
-  Status status = with_any_stream(
-      stream, [&]<typename Index>(const auto& header, const core::Patch<Index>& patch) -> Status {
-        StreamDescription described = description_of(header, patch);
-        const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(described.attributes);
-        if (!requests) return requests.status();
-        const Expected<PrimitiveBuffers> out =
-            allocate_mesh(patch.point_count, patch.face_count, *requests, stream.size(), mesh);
-        if (!out) return out.status();
-        std::vector<const core::Attribute<Index>*> attributes;
-        if (Status found = find_attributes(patch, *requests, attributes); !found.ok()) return found;
-        if (description != nullptr) *description = std::move(described);
-        return write_stream<Index>(patch, *requests, attributes, patch.face_count, *out);
-      });
-  if (!status.ok()) return status;
-  return mesh;
-}
-
-Expected<PointCloud> decode_cloud(std::span<const uint8_t> stream) {
-  const Expected<std::optional<core::CloudHeader>> header = read_cloud_header(stream);
-  if (!header) return header.status();
-  if (!*header) return invalid_input("Draco stream: not a point cloud");
-  PointCloud cloud;
-  Status status = with_any_cloud(**header, stream, [&](const auto& cloud_header, const auto& patch) -> Status {
-    StreamDescription description = description_of(cloud_header, patch);
-    uint64_t point_bytes = 0;
-    for (uint32_t i = 0; i < patch.attributes.size(); ++i) point_bytes += patch.attributes[i].stride();
-    if (point_bytes * patch.point_count > justified_result_bytes(stream.size()))
-      return status_of(core::Fault::kWorkspace);
-    cloud.coding = description.coding;
-    cloud.point_count = patch.point_count;
-    for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-      const size_t stride = patch.attributes[i].stride();
-      CloudAttribute& attribute = cloud.attributes.emplace_back(std::move(description.attributes[i]));
-      attribute.values.resize(patch.point_count * stride);
-      patch.write_values(patch.attributes[i], [stride, values = attribute.values.data()](uint32_t point) {
-        return reinterpret_cast<uint8_t*>(values + point * stride);
-      });
-    }
-    return {};
-  });
-  if (!status.ok()) return status;
-  return cloud;
-}
 
 void release_scratch() { scratch_pool().clear(); }
 

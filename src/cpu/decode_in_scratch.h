@@ -182,4 +182,23 @@ void with_indices(const PrimitiveBuffers& out, Write write) {
     write(reinterpret_cast<uint32_t*>(out.indices.data()));
 }
 
+// Writes the faces and the requested attributes of a stream without borders.
+template <typename Index>
+Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
+                    std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
+                    const PrimitiveBuffers& out) {
+  with_indices(out, [&]<typename Out>(Out* indices) {
+    for (uint32_t face = 0; face < face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
+  });
+  for (size_t i = 0; i < requests.size(); ++i) {
+    std::byte* const values = out.attributes[i].bytes.data();
+    const size_t stride = out.attributes[i].stride;
+    Status written = write_attribute(patch, *attributes[i], requests[i],
+                                     [&](uint32_t point) { return values + point * stride; });
+    if (!written.ok()) return written;
+  }
+  return {};
+}
+
 }  // namespace psplit

@@ -5,6 +5,7 @@
 #include "src/container/claims.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 
 namespace psplit {
 

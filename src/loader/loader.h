@@ -1,6 +1,6 @@
 // Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into the caller's memory. For
 // loaders of any kind, whatever library reads their JSON. A .drc file comes without JSON: decode_draco
-// (src/cpu/cpu_backend.h) decodes it.
+// (src/cpu/draco_stream.h) decodes it.
 //
 //   PrimitiveSource source;                     // from the primitive's JSON
 //   source.bytes = ...;                         // of extensions.PSPLIT_mesh_draco_patches.bufferView

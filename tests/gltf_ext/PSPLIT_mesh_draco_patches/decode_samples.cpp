@@ -11,7 +11,7 @@
 
 #include "src/condensed/expand_container.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "src/loader/loader.h"
 
 namespace {

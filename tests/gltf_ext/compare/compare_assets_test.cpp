@@ -3,6 +3,7 @@
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -5,6 +5,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_features.h"
 #include "tests/support/draco_streams.h"

@@ -1,7 +1,8 @@
 // Stock Draco streams by the loader, against libdraco.
 
+#include "src/cpu/draco_stream.h"
+
 #include "encoder/draco/draco_backend.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"

@@ -9,6 +9,7 @@
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/json/json.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tools/gltf_psplit/sameness/compared_asset.h"

@@ -1,7 +1,7 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 
 namespace psplit {

@@ -9,6 +9,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/file_options.h"
 

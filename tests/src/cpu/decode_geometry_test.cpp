@@ -1,19 +1,19 @@
-// Point clouds by the CPU's interface, against libdraco.
+// Whole streams in their own terms, against libdraco.
 #include <set>
 
-#include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
 
-TEST(DecodeCloud, GivesEachAttributeInItsOwnType) {
+TEST(DecodeGeometry, GivesEachAttributeInItsOwnType) {
   std::set<core::DataType> types;
   for_each_draco_cloud([&](const DracoStream& stream) {
     SCOPED_TRACE(stream.name);
     const RawMesh expected = must(decode_cloud_with_libdraco(stream.bytes));
-    const PointCloud cloud = must(decode_cloud(stream.bytes));
+    const DracoGeometry cloud = must(decode_geometry(stream.bytes));
     constexpr size_t kMethod = 8;
     EXPECT_EQ(cloud.coding,
               stream.bytes[kMethod] == 0 ? StreamCoding::kCloudSequential : StreamCoding::kCloudKdTree);
@@ -21,7 +21,7 @@ TEST(DecodeCloud, GivesEachAttributeInItsOwnType) {
     ASSERT_EQ(cloud.attributes.size(), expected.attributes.size());
     for (size_t i = 0; i < expected.attributes.size(); ++i) {
       const RawAttribute& raw = expected.attributes[i];
-      const CloudAttribute& attribute = cloud.attributes[i];
+      const GeometryAttribute& attribute = cloud.attributes[i];
       EXPECT_EQ(attribute.description.unique_id, raw.unique_id);
       EXPECT_EQ(static_cast<int>(attribute.description.semantic), raw.type);
       EXPECT_EQ(static_cast<int>(attribute.description.type), raw.data_type);
@@ -45,7 +45,7 @@ const DracoStream& usual_cloud() {
   throw std::runtime_error("no such cloud");
 }
 
-TEST(DecodeCloud, GivesAMeshWithoutFaces) {
+TEST(DecodeGeometry, OfACloudAgreesWithItsMeshWithoutFaces) {
   StreamDescription description;
   const Mesh mesh = must(decode_draco(usual_cloud().bytes, &description));
   EXPECT_TRUE(description == must(describe_stream(usual_cloud().bytes)));
@@ -56,7 +56,7 @@ TEST(DecodeCloud, GivesAMeshWithoutFaces) {
   EXPECT_EQ(mesh.point_count, 64u);
   EXPECT_TRUE(mesh.faces.empty());
   // Of the same bits as in their own types.
-  const PointCloud cloud = must(decode_cloud(usual_cloud().bytes));
+  const DracoGeometry cloud = must(decode_geometry(usual_cloud().bytes));
   ASSERT_EQ(mesh.attributes.size(), 3u);
   const char* const semantics[] = {"POSITION", "NORMAL", "COLOR_0"};
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
@@ -66,7 +66,7 @@ TEST(DecodeCloud, GivesAMeshWithoutFaces) {
   EXPECT_TRUE(mesh.attributes[2].normalized);
 }
 
-TEST(DecodeCloud, SaysHowValuesAreStored) {
+TEST(DecodeGeometry, SaysHowValuesAreStored) {
   const StreamDescription description = must(describe_stream(usual_cloud().bytes));
   EXPECT_EQ(description.attributes[0].bits, 14);
   EXPECT_GT(description.attributes[0].range, 0);
@@ -74,19 +74,17 @@ TEST(DecodeCloud, SaysHowValuesAreStored) {
   EXPECT_EQ(description.attributes[2].bits, 0);
 }
 
-TEST(DecodeCloud, SaysWhatItRefuses) {
-  EXPECT_EQ(decode_cloud(small_draco_streams()[0].bytes).status().to_string(),
-            "Draco stream: not a point cloud");
+TEST(DecodeGeometry, SaysWhatItRefuses) {
   std::vector<uint8_t> bytes = usual_cloud().bytes;
   bytes[6] = 1;
-  for (const Status& status : {decode_cloud(bytes).status(), describe_stream(bytes).status()}) {
+  for (const Status& status : {decode_geometry(bytes).status(), describe_stream(bytes).status()}) {
     EXPECT_EQ(status.code(), StatusCode::kUnsupported);
     EXPECT_EQ(status.message(),
               "Draco stream: a point cloud of bitstream 2.1, and only 2.2 and 2.3 are decoded");
   }
   bytes = usual_cloud().bytes;
   bytes[14] = 1;  // more points than the tree has
-  EXPECT_EQ(decode_cloud(bytes).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(decode_geometry(bytes).status().code(), StatusCode::kInvalidInput);
   bytes.resize(bytes.size() / 2);
   EXPECT_EQ(describe_stream(bytes).status().code(), StatusCode::kInvalidInput);
 }

@@ -1,0 +1,220 @@
+#include "src/cpu/draco_stream.h"
+
+#include <array>
+#include <cstring>
+
+#include "src/cpu/decode_in_scratch.h"
+
+namespace psplit {
+namespace {
+
+// The header of a point cloud. Nothing if the stream is of another kind.
+Expected<std::optional<core::CloudHeader>> read_cloud_header(std::span<const uint8_t> stream) {
+  core::CloudHeader header;
+  const core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
+  if (fault == core::Fault::kNotDraco) return std::optional<core::CloudHeader>();
+  if (fault == core::Fault::kVersion) {
+    constexpr size_t kMajor = 5, kMinor = 6;  // behind "DRACO"
+    return unsupported("Draco stream: a point cloud of bitstream " + std::to_string(stream[kMajor]) + "." +
+                       std::to_string(stream[kMinor]) + ", and only 2.2 and 2.3 are decoded");
+  }
+  if (fault != core::Fault::kNone) return status_of(fault);
+  return std::optional(header);
+}
+
+template <typename Use>
+Status with_any_cloud(const core::CloudHeader& header, std::span<const uint8_t> stream, Use use) {
+  const ScratchPool::Lease lease(scratch_pool());
+  return with_decoded_cloud(header, stream.size(), *lease,
+                            [&](const auto& patch) { return use(header, patch); });
+}
+
+// Decodes a stream whose attributes are not known, and calls use(header, patch).
+template <typename Use>
+Status with_any_stream(std::span<const uint8_t> stream, Use use) {
+  const Expected<std::optional<core::CloudHeader>> cloud = read_cloud_header(stream);
+  if (!cloud) return cloud.status();
+  if (*cloud) return with_any_cloud(**cloud, stream, use);
+  const PatchContainer container = open_stream(stream);
+  if (!container.refusal.ok()) return container.refusal;
+  const ScratchPool::Lease lease(scratch_pool());
+  // The first try has memory for as many attributes as most streams have.
+  const std::array<AttributeRequest, 4> likely;
+  return with_decoded(container, BorderValues(), 0, likely, *lease,
+                      [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
+}
+
+StreamCoding coding_of(const core::CloudHeader& header) {
+  return header.is_kd_tree ? StreamCoding::kCloudKdTree : StreamCoding::kCloudSequential;
+}
+StreamCoding coding_of(const core::StreamHeader& header) {
+  return !header.edgebreaker ? StreamCoding::kSequential
+         : header.valence    ? StreamCoding::kEdgebreakerValence
+                             : StreamCoding::kEdgebreaker;
+}
+
+template <typename Header, typename Index>
+StreamDescription description_of(const Header& header, const core::Patch<Index>& patch) {
+  StreamDescription description;
+  description.coding = coding_of(header);
+  description.face_count = patch.face_count;
+  description.point_count = patch.point_count;
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+    const core::Attribute<Index>& attribute = patch.attributes[i];
+    description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
+                                      attribute.type, attribute.components, attribute.normalized,
+                                      attribute.bits});
+    if (attribute.coding != core::Coding::kQuantized) continue;
+    StreamAttribute& described = description.attributes.back();
+    described.range = attribute.range;
+    described.origin.resize(attribute.components);
+    std::memcpy(described.origin.data(), attribute.origin, described.origin.size() * sizeof(float));
+  }
+  return description;
+}
+
+
+bool has_order(const core::CloudHeader&) { return false; }
+bool has_order(const core::StreamHeader& header) { return header.edgebreaker; }
+
+// Which value of an attribute a point has.
+template <typename Index>
+class ValueOfPoint {
+ public:
+  ValueOfPoint(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute, bool has_order)
+      : corner_of_point_(patch.corner_of_point),
+        vertex_(patch.groups[attribute.group].table.table.vertex),
+        rank_(patch.groups[attribute.group].sequence.rank),
+        has_order_(has_order) {}
+
+  uint32_t vertex(uint32_t point) const {
+    return corner_of_point_.empty() ? point : vertex_[corner_of_point_[point]];
+  }
+  uint32_t operator()(uint32_t point) const { return has_order_ ? rank_[vertex(point)] : point; }
+
+ private:
+  core::View<const Index> corner_of_point_, vertex_, rank_;
+  bool has_order_;
+};
+
+template <typename Index, typename PlaceOf>
+void write_integers(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
+                    const ValueOfPoint<Index>& value_of, PlaceOf place_of) {
+  const uint32_t components = attribute.value_components(), stride = core::value_stride(components);
+  for (uint32_t point = 0; point < patch.point_count; ++point)
+    std::memcpy(place_of(point), &attribute.values[size_t{value_of.vertex(point)} * stride],
+                components * sizeof(int32_t));
+}
+
+template <typename Header, typename Index>
+std::vector<StoredValues> stored_values(const Header& header, const core::Patch<Index>& patch) {
+  std::vector<StoredValues> stored(patch.attributes.size());
+  for (uint32_t i = 0; i < stored.size(); ++i) {
+    const core::Attribute<Index>& attribute = patch.attributes[i];
+    const bool in_order = has_order(header);
+    stored[i] = {in_order ? patch.groups[attribute.group].sequence.count : patch.point_count, !in_order,
+                 attribute.coding != core::Coding::kRaw};
+  }
+  return stored;
+}
+
+template <typename Index>
+void write_faces(const core::Patch<Index>& patch, uint32_t* out) {
+  for (uint32_t face = 0; face < patch.face_count; ++face)
+    for (uint32_t k = 0; k < 3; ++k) *out++ = patch.point_at[4 * face + k];
+}
+
+template <typename Index>
+void write_places(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute, bool has_order,
+                  const AttributePlaces& to) {
+  const ValueOfPoint<Index> value_of(patch, attribute, has_order);
+  const size_t stride = to.integers ? attribute.value_components() * sizeof(int32_t) : attribute.stride();
+  auto* const values = reinterpret_cast<uint8_t*>(to.values);
+  const auto write = [&](auto place_of) {
+    if (to.integers)
+      write_integers(patch, attribute, value_of, place_of);
+    else
+      patch.write_values(attribute, place_of);
+  };
+  if (to.value_of_point == nullptr) return write([=](uint32_t point) { return values + point * stride; });
+  write([=](uint32_t point) {
+    const uint32_t value = to.value_of_point[point] = value_of(point);
+    return values + value * stride;
+  });
+}
+
+}  // namespace
+
+Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
+  StreamDescription description;
+  Status status = with_any_stream(stream, [&](const auto& header, const auto& patch) -> Status {
+    description = description_of(header, patch);
+    return {};
+  });
+  if (!status.ok()) return status;
+  return description;
+}
+
+Expected<Mesh> decode_draco(std::span<const uint8_t> stream, StreamDescription* description) {
+  Mesh mesh;
+  Status status = with_any_stream(
+      stream, [&]<typename Index>(const auto& header, const core::Patch<Index>& patch) -> Status {
+        StreamDescription described = description_of(header, patch);
+        const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(described.attributes);
+        if (!requests) return requests.status();
+        const Expected<PrimitiveBuffers> out =
+            allocate_mesh(patch.point_count, patch.face_count, *requests, stream.size(), mesh);
+        if (!out) return out.status();
+        std::vector<const core::Attribute<Index>*> attributes;
+        if (Status found = find_attributes(patch, *requests, attributes); !found.ok()) return found;
+        if (description != nullptr) *description = std::move(described);
+        return write_stream<Index>(patch, *requests, attributes, patch.face_count, *out);
+      });
+  if (!status.ok()) return status;
+  return mesh;
+}
+
+size_t GeometryAttribute::stride() const { return component_count() * core::data_type_bytes(type()); }
+
+Status decode_geometry(std::span<const uint8_t> stream, const PlacesFor& places_for) {
+  return with_any_stream(stream, [&](const auto& header, const auto& patch) -> Status {
+    const Expected<GeometryPlaces> places =
+        places_for(description_of(header, patch), stored_values(header, patch));
+    if (!places) return places.status();
+    write_faces(patch, places->faces);
+    for (uint32_t i = 0; i < patch.attributes.size(); ++i)
+      write_places(patch, patch.attributes[i], has_order(header), places->attributes[i]);
+    return {};
+  });
+}
+
+Expected<DracoGeometry> decode_geometry(std::span<const uint8_t> stream, bool integers) {
+  DracoGeometry geometry;
+  Status status = decode_geometry(
+      stream,
+      [&](const StreamDescription& description,
+          std::span<const StoredValues> stored) -> Expected<GeometryPlaces> {
+        geometry.coding = description.coding;
+        geometry.point_count = description.point_count;
+        uint64_t point_bytes = 0;
+        for (size_t i = 0; i < stored.size(); ++i) {
+          GeometryAttribute attribute{description.attributes[i], {}, integers && stored[i].has_integers};
+          point_bytes += attribute.stride();
+          geometry.attributes.push_back(std::move(attribute));
+        }
+        const uint64_t bytes = point_bytes * description.point_count + description.face_count * sizeof(geometry.faces[0]);
+        if (bytes > justified_result_bytes(stream.size())) return status_of(core::Fault::kWorkspace);
+        geometry.faces.resize(description.face_count);
+        GeometryPlaces places;
+        places.faces = geometry.faces.empty() ? nullptr : geometry.faces[0].data();
+        for (GeometryAttribute& attribute : geometry.attributes) {
+          attribute.values.resize(description.point_count * attribute.stride());
+          places.attributes.push_back({attribute.values.data(), nullptr, attribute.are_integers});
+        }
+        return places;
+      });
+  if (!status.ok()) return status;
+  return geometry;
+}
+
+}  // namespace psplit

@@ -1,0 +1,81 @@
+// Whole Draco streams, whose attributes are not known before: .drc files, and what libdraco's own users decode.
+// A stream is a mesh of bitstream 2.2, or a point cloud of 2.2 or 2.3. All functions decode on the calling
+// thread, take any bytes, and are thread-safe. They take at most 64 MiB and 4096 bytes for each byte of the
+// stream, and as much again for results. If the attributes are known, or there are many streams,
+// src/loader/loader.h is faster. Errors: kUnsupported for other bitstreams, kInvalidInput for everything else
+// that cannot be decoded.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "src/container/stream_description.h"
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+// Describes a stream. It decodes the stream for that.
+PSPLIT_EXPORT Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream);
+
+// Decodes all attributes as glTF has them. A point cloud becomes a mesh without faces. gltf_attributes
+// (src/container/stream_description.h) chooses names and types, and has errors of its own. `description`, if it
+// is not null, becomes that of the stream.
+PSPLIT_EXPORT Expected<Mesh> decode_draco(std::span<const uint8_t> stream,
+                                          StreamDescription* description = nullptr);
+
+// One value for each point, tightly packed, in the type that the stream has: description.components of
+// description.type, little-endian.
+struct GeometryAttribute {
+  StreamAttribute description;
+  Array<std::byte> values;
+  // Whether the values are the integers of the stream: then they are int32, description.components of them, or
+  // two for a normal on its octahedron.
+  bool are_integers = false;
+
+  // Numbers of a value, and its bytes.
+  core::DataType type() const { return are_integers ? core::DataType::kInt32 : description.type; }
+  uint32_t component_count() const {
+    return are_integers && description.is_octahedral() ? 2 : description.components;
+  }
+  PSPLIT_EXPORT size_t stride() const;
+};
+
+// A stream without the names and limits of glTF. Faces, points and attributes have the order of the stream.
+struct DracoGeometry {
+  StreamCoding coding = StreamCoding::kSequential;
+  uint32_t point_count = 0;
+  Array<std::array<uint32_t, 3>> faces;  // none: a point cloud
+  std::vector<GeometryAttribute> attributes;
+};
+
+// Decodes all attributes to their own types. With `integers`, to the integers that the stream has: places on
+// the grid of a quantized attribute, coordinates on the octahedron of a normal. Attributes that are stored
+// exactly have integers too, if they are integers of at most 32 bits.
+PSPLIT_EXPORT Expected<DracoGeometry> decode_geometry(std::span<const uint8_t> stream, bool integers = false);
+
+// What a stream stores of an attribute: each value once, in the order in which libdraco has them.
+struct StoredValues {
+  uint32_t value_count = 0;
+  bool one_a_point = false;   // value i is that of point i
+  bool has_integers = false;  // see decode_geometry
+};
+// Where an attribute is written.
+struct AttributePlaces {
+  // value_count values, tightly packed. If value_of_point is null, one for each point.
+  std::byte* values = nullptr;
+  uint32_t* value_of_point = nullptr;  // the number of each point's value; may be null
+  bool integers = false;               // only if the attribute has them
+};
+struct GeometryPlaces {
+  uint32_t* faces = nullptr;                // three points for each face
+  std::vector<AttributePlaces> attributes;  // those of the stream, in its order
+};
+// Called once the counts are known. `stored` has an element for each attribute.
+using PlacesFor =
+    std::function<Expected<GeometryPlaces>(const StreamDescription&, std::span<const StoredValues> stored)>;
+
+// Decodes a stream to the places that places_for returns, which may throw. Its error is returned.
+PSPLIT_EXPORT Status decode_geometry(std::span<const uint8_t> stream, const PlacesFor& places_for);
+
+}  // namespace psplit
