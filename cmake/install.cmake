@@ -18,6 +18,11 @@ foreach(component IN LISTS components)
   install(EXPORT psplit-${component} FILE psplit-${component}.cmake NAMESPACE psplit:: DESTINATION ${package_folder})
 endforeach()
 
+# What is loaded before a shared libdraco.
+if(TARGET psplit_draco_override)
+  install(TARGETS psplit_draco_override LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endif()
+
 # pkg-config's files, for builds without CMake: psplit-decoder.pc and so on. Static libraries name all that they need.
 set(decoder_needs -ltbb -pthread)
 set(encoder_needs ${DRACO_LIBRARY})

@@ -7,7 +7,7 @@ set(components decoder cuda)
 set(headers
     src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
     src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
-    src/loader/loader.h decoder_cuda/psplit_cuda.h)
+    src/loader/loader.h decoder_cuda/psplit_cuda.h libdraco/draco_decoder.h)
 if(PSPLIT_HAS_TINYGLTF)
   list(APPEND components tinygltf)
   list(APPEND headers gltf_ext/tinygltf/tinygltf_plugin.h)
@@ -31,12 +31,13 @@ set(encoder_objects psplit_encoder psplit_partition)
 set(gltf_objects psplit_gltf psplit_json)
 
 # All headers lie under psplit/: src/psplit.h is <psplit/psplit.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
+# libdraco/ is left out, too.
 foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
   string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
   string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
   string(REGEX REPLACE "src/([a-z0-9_/]+\\.h)" "\\1" text "${text}") # in comments
-  string(REGEX REPLACE "^src/" "" installed ${header})
+  string(REGEX REPLACE "^(src|libdraco)/" "" installed ${header})
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
 endforeach()

@@ -8,6 +8,8 @@
 // default), cpu_backend.h the CPU's decoder, draco_stream.h single Draco files, of meshes or point clouds,
 // stream_description.h what a Draco stream holds, and draco_metadata.h what it says beside its geometry.
 //
+// draco_decoder.h, which this header does not include, fills libdraco's own classes.
+//
 // Each other component of the package has headers of its own, which are installed below psplit/:
 //
 //   psplit::cuda      decoder_cuda/psplit_cuda.h             decodes on a GPU

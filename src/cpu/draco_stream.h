@@ -70,6 +70,8 @@ struct AttributePlaces {
 struct GeometryPlaces {
   uint32_t* faces = nullptr;                // three points for each face
   std::vector<AttributePlaces> attributes;  // those of the stream, in its order
+  // Called after each attribute is written, so that several can share an array value_of_point. May be empty.
+  std::function<void(size_t attribute)> written{};
 };
 // Called once the counts are known. `stored` has an element for each attribute.
 using PlacesFor =

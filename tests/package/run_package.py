@@ -60,9 +60,10 @@ def run_examples(kind, examples, assets):
     expect("print_model of stock Draco", r"^2\d{4} triangles, \d+ POSITION from \(", stock)
     drc = run(examples / "decode_draco", assets["drc"])
     expect("decode_draco", r"^2\d{4} triangles, \d+ points: POSITION from \(", drc)
-    # The three count the same.
-    if len({tuple(re.findall(r"\d+", said.split("from")[0])[:2]) for said in (model, stock, drc)}) != 1:
-        sys.exit(f"{kind}: {model}{stock}{drc}")
+    libdraco = run(examples / "decode_with_libdraco", assets["drc"])
+    # All count the same.
+    if len({tuple(re.findall(r"\d+", said.split("from")[0])[:2]) for said in (model, stock, drc, libdraco)}) != 1:
+        sys.exit(f"{kind}: {model}{stock}{drc}{libdraco}")
     patch = run(examples / "one_patch", assets["patches"], 3)
     expect("one_patch", r"^patch 3 of 5: \d+ triangles, \d+ points, largest index \d+, from \(", patch)
     points, largest = map(int, re.search(r"(\d+) points, largest index (\d+)", patch).groups())
@@ -112,6 +113,11 @@ def check_pkg_config(kind, prefix, folder, assets):
         run(options.compiler, "-std=c++20", "-o", folder / name, source / "gltf_ext" / "examples" / f"{name}.cpp",
             *done.stdout.split(), f"-Wl,-rpath,{library}")
     run(folder / "decode_draco", assets["drc"])
+    # libdraco itself is not needed by psplit-decoder, and may be the static library.
+    done = subprocess.run(["pkg-config", "--cflags", "--libs", "psplit-decoder"], env=variables, capture_output=True, text=True)
+    run(options.compiler, "-std=c++20", "-o", folder / "decode_with_libdraco", source / "gltf_ext/examples/decode_with_libdraco.cpp",
+        *done.stdout.split(), "-l:libdraco.a", f"-Wl,-rpath,{library}")
+    run(folder / "decode_with_libdraco", assets["drc"])
     run_encoders(kind + ", pkg-config", folder, assets, folder)
 
 
@@ -193,6 +199,11 @@ def check_exports(prefix):
     declared = set(re.findall(r"\w+", re.sub(r"//.*", "", headers)))
     for library in sorted((prefix / "lib").rglob("libpsplit_*.so")):
         own = 0
+        if library.name == "libpsplit_draco.so":
+            symbols = run("nm", "-DC", "--defined-only", library).splitlines()
+            if len(symbols) != 1 or "draco::PointCloudDecoder::Decode(" not in symbols[0]:
+                sys.exit(f"{library.name} exports {symbols}, and not one function of libdraco")
+            continue
         for line in run("nm", "-DC", "--defined-only", library).splitlines():
             _, kind, name = line.split(" ", 2)
             if not name.startswith("psplit::"):
@@ -236,7 +247,7 @@ endif()
         f"-DFETCHCONTENT_SOURCE_DIR_PSPLIT={source}", user_flags(folder))
     if "psplit_encoder" in run(options.cmake, "--build", build, "--target", "help"):
         sys.exit("psplit builds its encoder, which nobody asked for")
-    run(options.cmake, "--build", build, "--target", "decode_draco", "print_model", "one_patch", "load_to_gpu")
+    run(options.cmake, "--build", build, "--target", "decode_draco", "decode_with_libdraco", "print_model", "one_patch", "load_to_gpu")
     run_examples("sources", build, assets)
     # The encoder comes if the project asks for it.
     run(options.cmake, build, "-DPSPLIT_BUILD_ENCODER=ON")
