@@ -56,8 +56,8 @@ class DracoGeometryFiller {
   bool fill_with(std::span<const uint8_t> stream) {
     std::unique_ptr<draco::GeometryMetadata> metadata;
     if (!read_metadata(stream, metadata)) return false;
-    Status status =
-        decode_geometry(stream, [this](const StreamDescription& description, std::span<const StoredValues> stored) {
+    Status status = decode_geometry(
+        stream, [this](const StreamDescription& description, std::span<const StoredValues> stored) {
           return prepare(description, stored);
         });
     if (!status.ok()) return false;
@@ -112,7 +112,8 @@ class DracoGeometryFiller {
     if (mesh_ == nullptr || description.face_count == 0) return places;
     mesh_->SetNumFaces(description.face_count);
     // libdraco's users rely on faces being arrays of numbers, too.
-    places.faces = reinterpret_cast<uint32_t*>(const_cast<draco::Mesh::Face*>(&mesh_->face(draco::FaceIndex(0))));
+    places.faces =
+        reinterpret_cast<uint32_t*>(const_cast<draco::Mesh::Face*>(&mesh_->face(draco::FaceIndex(0))));
     return places;
   }
 

@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "libdraco/draco_decoder.h"
+#include "src/cpu/cpu_backend.h"
 
 namespace {
 
@@ -27,7 +28,8 @@ Mode mode() {
 }
 
 constexpr const char* kDecode =
-    "_ZN5draco17PointCloudDecoder6DecodeERKNS_12DracoOptionsINS_17GeometryAttribute4TypeEEEPNS_13DecoderBufferEPNS_"
+    "_ZN5draco17PointCloudDecoder6DecodeERKNS_12DracoOptionsINS_17GeometryAttribute4TypeEEEPNS_"
+    "13DecoderBufferEPNS_"
     "10PointCloudE";
 
 }  // namespace
@@ -47,6 +49,9 @@ __attribute__((visibility("default"))) Status PointCloudDecoder::Decode(const De
                : psplit::decode_into(*out_point_cloud, *in_buffer, options));
   if (mode() == Mode::kVerbose)
     std::fprintf(stderr, "psplit_draco: %lld bytes: %s\n", bytes, is_decoded ? "psplit" : "libdraco");
+  // Programs that do not know of psplit cannot free what it keeps. Small streams leave little.
+  constexpr long long kManyBytes = 1 << 18;
+  if (is_decoded && bytes > kManyBytes) psplit::release_scratch();
   if (is_decoded) return OkStatus();
 
   using Function = Status (PointCloudDecoder::*)(const DecoderOptions&, DecoderBuffer*, PointCloud*);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "src/core/decode_patch.h"
+#include "src/cpu/scratch_memory.h"
 
 namespace psplit {
 
@@ -17,7 +18,7 @@ using NarrowIndex = std::conditional_t<PSPLIT_IS_SMALL_CODE, uint32_t, uint16_t>
 // Memory for one stream.
 template <typename Index>
 struct StreamMemory {
-  std::unique_ptr<uint8_t[]> memory;
+  ScratchMemory memory;
   size_t size = 0;
   core::StreamHeader header;  // the container's, and what is known before decoding
   core::Patch<Index> patch;
@@ -25,9 +26,9 @@ struct StreamMemory {
 
   core::Arena arena(size_t at_least) {
     if (size < at_least) {
-      memory.reset();                       // before the new block is allocated: never hold both
-      size = 0;                             // also if that fails
-      memory.reset(new uint8_t[at_least]);  // not zeroed; libc++ 14 lacks make_unique_for_overwrite
+      memory.reset();  // before the new block is allocated: never hold both
+      size = 0;        // also if that fails
+      memory = take_scratch(at_least);
       size = at_least;
     }
     return {memory.get(), size};

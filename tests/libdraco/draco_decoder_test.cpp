@@ -89,7 +89,8 @@ testing::AssertionResult are_equal(const std::string& libdraco, const std::strin
       std::mismatch(libdraco.begin(), libdraco.end(), ours.begin(), ours.end()).first - libdraco.begin());
   const size_t from = at < 80 ? 0 : at - 80;
   if (libdraco == ours) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "byte " << at << " differs\nlibdraco: " << testing::PrintToString(libdraco.substr(from, 200))
+  return testing::AssertionFailure() << "byte " << at << " differs\nlibdraco: "
+                                     << testing::PrintToString(libdraco.substr(from, 200))
                                      << "\nours:     " << testing::PrintToString(ours.substr(from, 200));
 }
 
