@@ -24,7 +24,10 @@ if(TARGET psplit_draco_override)
 endif()
 
 # pkg-config's files, for builds without CMake: psplit-decoder.pc and so on. Static libraries name all that they need.
-set(decoder_needs -ltbb -pthread)
+set(decoder_needs -pthread)
+if(PSPLIT_HAS_TBB)
+  list(PREPEND decoder_needs -ltbb)
+endif()
 set(encoder_needs ${DRACO_LIBRARY})
 set(gltf_needs -lmeshoptimizer ${XXHASH_LIBRARY} -lz)
 if(PSPLIT_HAS_CUDA)

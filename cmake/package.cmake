@@ -5,7 +5,7 @@
 
 set(components decoder cuda)
 set(headers
-    src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
+    src/psplit.h src/export.h src/span.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
     src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
     src/loader/loader.h decoder_cuda/psplit_cuda.h libdraco/draco_decoder.h)
 if(PSPLIT_HAS_TINYGLTF)
@@ -59,7 +59,7 @@ foreach(component IN LISTS components)
   set_target_properties(${package} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${component} OUTPUT_NAME psplit_${component}
                         ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
                         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
-  target_compile_features(${package} PUBLIC cxx_std_20)
+  target_compile_features(${package} PUBLIC cxx_std_17)
   target_compile_definitions(${package} PUBLIC $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_SHARED>)
   target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -79,7 +79,7 @@ function(psplit_link_hidden package)
   endif()
 endfunction()
 
-target_link_libraries(psplit_decoder_package PRIVATE TBB::tbb Threads::Threads)
+target_link_libraries(psplit_decoder_package PRIVATE ${PSPLIT_THREADS_LIBRARIES})
 target_link_libraries(psplit_cuda_package PUBLIC psplit_decoder_package)
 if(PSPLIT_HAS_CUDA)
   target_link_libraries(psplit_cuda_package PRIVATE CUDA::cudart_static)

@@ -18,7 +18,7 @@ class BatchDecoder {
 
   // Plans and launches, with the threads of `pool`, unless it is null. The containers and their bytes must stay
   // until finish. Errors: kRuntimeFailure if the device fails. All others come from finish.
-  Status start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr) {
+  Status start(Span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr) {
     if (is_running_) (void)device_.wait();  // for a batch without a finish
     statuses_ = batch_.make(primitives, BatchPlan::Gather::kSmallPieces, pool);
     results_ = StreamResults(plan().streams().size());

@@ -25,7 +25,7 @@ struct CudaDecoder::Implementation {};
 CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;
 CudaDecoder::~CudaDecoder() = default;
 Expected<CudaDecoder> CudaDecoder::create(CUstream_st*) { return absent(); }
-Status CudaDecoder::start(std::span<const CudaPrimitive>, const ThreadPool*) { return absent(); }
+Status CudaDecoder::start(Span<const CudaPrimitive>, const ThreadPool*) { return absent(); }
 Status CudaDecoder::finish() { return absent(); }
 Status CudaDecoder::status(size_t) const { return absent(); }
 uint32_t CudaDecoder::point_count(size_t) const { return 0; }
@@ -39,7 +39,7 @@ CudaBatch::CudaBatch(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 CudaBatch::CudaBatch(CudaBatch&&) noexcept = default;
 CudaBatch::~CudaBatch() = default;
-CudaBatch CudaBatch::plan(std::span<const CudaPrimitive>, uint64_t, const ThreadPool*) {
+CudaBatch CudaBatch::plan(Span<const CudaPrimitive>, uint64_t, const ThreadPool*) {
   return CudaBatch(std::make_unique<Implementation>());
 }
 uint64_t CudaBatch::workspace_bytes() const { return 0; }

@@ -124,7 +124,7 @@ Expected<CudaDecoder> CudaDecoder::create(CUstream_st* stream) {
       std::make_unique<Implementation>(Implementation{BatchDecoder<CudaDevice>(std::move(*device)), number}));
 }
 
-Status CudaDecoder::start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool) {
+Status CudaDecoder::start(Span<const CudaPrimitive> primitives, const ThreadPool* pool) {
   const CurrentDevice current(implementation_->device);
   Status status = implementation_->decoder.start(primitives, pool);
   if (!status.ok()) (void)implementation_->decoder.device().take_times();

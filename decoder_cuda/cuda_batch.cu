@@ -117,8 +117,7 @@ CudaBatch::CudaBatch(std::unique_ptr<Implementation> implementation)
 CudaBatch::CudaBatch(CudaBatch&&) noexcept = default;
 CudaBatch::~CudaBatch() = default;
 
-CudaBatch CudaBatch::plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit,
-                          const ThreadPool* pool) {
+CudaBatch CudaBatch::plan(Span<const CudaPrimitive> primitives, uint64_t memory_limit, const ThreadPool* pool) {
   auto made = std::make_unique<Implementation>();
   made->planned = made->statuses = made->batch.make(primitives, BatchPlan::Gather::kAllPieces, pool);
   made->results = StreamResults(made->batch.plan().streams().size());

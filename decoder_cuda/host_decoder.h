@@ -27,7 +27,7 @@ class HostDecoder {
 
   // DecodeBackend::decode_into. Errors: those of BatchDecoder::finish. Reports progress in tasks, and looks
   // before each batch whether to stop.
-  std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+  std::vector<Status> decode_into(Span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                   const ThreadPool& pool, const Watch& watch) {
     Call call{tasks, buffers_for, pool, watch, {}, {}, {}, 0};
     call.statuses.resize(tasks.size());

@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "src/container/decode_backend.h"
+#include "src/span.h"
 
 struct CUstream_st;  // what a cudaStream_t points to
 
@@ -105,7 +105,7 @@ class PSPLIT_EXPORT CudaDecoder {
   // Starts to decode. Containers and their bytes must stay where they are until finish. The threads of `pool`,
   // unless it is null, plan meshes of thousands of patches. Errors: kRuntimeFailure if CUDA fails. All others
   // come from finish.
-  Status start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr);
+  Status start(Span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr);
   // Waits, and returns the first error with its place: kUsage for an impossible request, kInvalidInput for
   // broken streams, kUnsupported for types that were not encoded, kRuntimeFailure if CUDA fails. Patches that
   // are not broken are right nevertheless, with two exceptions: faces that share a point with a broken patch,
@@ -154,7 +154,7 @@ class PSPLIT_EXPORT CudaBatch {
   // results, with the exceptions of CudaDecoder::set_memory_limit; the fewer, the longer it takes. The threads
   // of `pool`, unless it is null, plan meshes of thousands of patches. Impossible requests are errors of their
   // primitives: see status.
-  static CudaBatch plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit = ~uint64_t{0},
+  static CudaBatch plan(Span<const CudaPrimitive> primitives, uint64_t memory_limit = ~uint64_t{0},
                         const ThreadPool* pool = nullptr);
   CudaBatch(CudaBatch&&) noexcept;
   // Waits for the last upload and enqueue, unless they were captured: the graph must not be launched any more.

@@ -20,9 +20,9 @@ Expected<std::vector<uint8_t>> read_all(StoredBytes& bytes) {
 
 }  // namespace
 
-Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCoding> codings,
+Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding> codings,
                                   const EncodeOptions& options, const ThreadPool& pool,
-                                  std::span<const std::byte> extra_point_data, size_t extra_stride) {
+                                  Span<const std::byte> extra_point_data, size_t extra_stride) {
   if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
   if (input.faces.empty()) return invalid_input("the mesh has no triangles");
   if (extra_point_data.size() != extra_stride * input.point_count)

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -41,7 +41,7 @@ struct EncodeOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   // The patch of each face that is not dropped. If empty, encode_mesh partitions the mesh itself.
-  std::span<const uint32_t> patch_of_face{};
+  Span<const uint32_t> patch_of_face{};
   // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
   std::function<void(size_t)> patch_encoded{};
 };
@@ -88,9 +88,9 @@ struct EncodedMesh {
 // kInvalidInput (indices out of range, no POSITION, values that a quantization grid cannot hold), kUnsupported
 // (among others, only degenerate faces that are to be dropped), kRuntimeFailure (verification failed, which is
 // a bug).
-PSPLIT_EXPORT Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
+PSPLIT_EXPORT Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> codings,
                                                 const EncodeOptions& options, const ThreadPool& pool,
-                                                std::span<const std::byte> extra_point_data = {},
+                                                Span<const std::byte> extra_point_data = {},
                                                 size_t extra_stride = 0);
 
 }  // namespace psplit

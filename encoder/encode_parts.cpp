@@ -51,7 +51,7 @@ class PieceOfSpill : public StoredBytes {
   PieceOfSpill(std::shared_ptr<Spill> spill, uint64_t begin, uint64_t size)
       : spill_(std::move(spill)), begin_(begin), size_(size) {}
   uint64_t size() const override { return size_; }
-  Status read(uint64_t offset, std::span<uint8_t> to) override { return spill_->read(begin_ + offset, to); }
+  Status read(uint64_t offset, Span<uint8_t> to) override { return spill_->read(begin_ + offset, to); }
 
  private:
   const std::shared_ptr<Spill> spill_;
@@ -509,7 +509,7 @@ Status in_part(uint32_t part, const Status& status) {
 
 }  // namespace
 
-Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeCoding> codings,
+Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
                                     const PartsOptions& options, const MakeSpill& make_spill,
                                     const ThreadPool& pool) {
   if (parts.part_count() == 0) return invalid_input("the mesh has no triangles");
@@ -528,7 +528,7 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeC
   return encoder.take();
 }
 
-Expected<EncodedParts> encode_whole(const MeshPart& part, std::span<const AttributeCoding> codings,
+Expected<EncodedParts> encode_whole(const MeshPart& part, Span<const AttributeCoding> codings,
                                     const EncodeOptions& options, const ThreadPool& pool) {
   const PartsOptions as_parts{.streams = options};
   const MakeSpill make_spill = make_memory_spill;

@@ -17,7 +17,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
@@ -31,6 +30,7 @@
 #include "src/mesh/mesh.h"
 #include "src/mesh/value_bounds.h"
 #include "src/parallel.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -81,13 +81,13 @@ struct EncodedParts {
 // is that of encode_mesh with the same number of patches. Errors: those of encode_mesh, of `parts` and of the
 // spills, with the part in the message and the patch as their place; kUnsupported if a part alone exceeds the
 // limits of a container.
-PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeCoding> codings,
+PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
                                                   const PartsOptions& options, const MakeSpill& make_spill,
                                                   const ThreadPool& pool);
 
 // The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
 // options.patch_count patches. With Alone::kWhole its only stream is alone.
-Expected<EncodedParts> encode_whole(const MeshPart& part, std::span<const AttributeCoding> codings,
+Expected<EncodedParts> encode_whole(const MeshPart& part, Span<const AttributeCoding> codings,
                                     const EncodeOptions& options, const ThreadPool& pool);
 
 }  // namespace psplit

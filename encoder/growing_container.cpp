@@ -18,7 +18,7 @@ class JoinedBytes : public StoredBytes {
 
   uint64_t size() const override { return head_.size() + maps_->size() + streams_->size(); }
 
-  Status read(uint64_t offset, std::span<uint8_t> to) override {
+  Status read(uint64_t offset, Span<uint8_t> to) override {
     if (offset < head_.size()) {
       const auto from = std::span(head_).subspan(static_cast<size_t>(offset));
       const size_t count = std::min(from.size(), to.size());

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -19,14 +19,14 @@ class StoredBytes {
   virtual ~StoredBytes() = default;
   virtual uint64_t size() const = 0;
   // Fills all of `to` from place `offset` on. The range is within size(). Errors: kIo.
-  virtual Status read(uint64_t offset, std::span<uint8_t> to) = 0;
+  virtual Status read(uint64_t offset, Span<uint8_t> to) = 0;
 };
 
 // Bytes are appended and read in any order of calls.
 class Spill : public StoredBytes {
  public:
   // Errors: kIo, for example a full disk. After an error the spill may hold anything.
-  virtual Status append(std::span<const uint8_t> bytes) = 0;
+  virtual Status append(Span<const uint8_t> bytes) = 0;
 };
 
 // Makes an empty spill. Errors: kIo.
@@ -36,11 +36,11 @@ using MakeSpill = std::function<Expected<std::unique_ptr<Spill>>()>;
 class MemorySpill : public Spill {
  public:
   uint64_t size() const override { return bytes_.size(); }
-  Status read(uint64_t offset, std::span<uint8_t> to) override {
+  Status read(uint64_t offset, Span<uint8_t> to) override {
     std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), to.size(), to.begin());
     return {};
   }
-  Status append(std::span<const uint8_t> bytes) override {
+  Status append(Span<const uint8_t> bytes) override {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
     return {};
   }

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "src/cpu/draco_stream.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -40,8 +41,8 @@ class DracoGeometryFiller {
   // Returns false if this is left to libdraco. Then the geometry is as it was.
   bool fill(draco::DecoderBuffer& buffer) {
     if (cloud_.num_attributes() > 0 || (mesh_ != nullptr && mesh_->num_faces() > 0)) return false;
-    const std::span stream(reinterpret_cast<const uint8_t*>(buffer.data_head()),
-                           static_cast<size_t>(buffer.remaining_size()));
+    const Span stream(reinterpret_cast<const uint8_t*>(buffer.data_head()),
+                      static_cast<size_t>(buffer.remaining_size()));
     try {
       if (!fill_with(stream)) return false;
     } catch (const std::bad_alloc&) {
@@ -53,11 +54,11 @@ class DracoGeometryFiller {
   }
 
  private:
-  bool fill_with(std::span<const uint8_t> stream) {
+  bool fill_with(Span<const uint8_t> stream) {
     std::unique_ptr<draco::GeometryMetadata> metadata;
     if (!read_metadata(stream, metadata)) return false;
-    Status status = decode_geometry(
-        stream, [this](const StreamDescription& description, std::span<const StoredValues> stored) {
+    Status status =
+        decode_geometry(stream, [this](const StreamDescription& description, Span<const StoredValues> stored) {
           return prepare(description, stored);
         });
     if (!status.ok()) return false;
@@ -71,8 +72,7 @@ class DracoGeometryFiller {
   }
 
   // libdraco reads metadata before the geometry. Returns false if they do not decode.
-  static bool read_metadata(std::span<const uint8_t> stream,
-                            std::unique_ptr<draco::GeometryMetadata>& metadata) {
+  static bool read_metadata(Span<const uint8_t> stream, std::unique_ptr<draco::GeometryMetadata>& metadata) {
     constexpr size_t kFlags = 9, kHeader = 11;
     constexpr uint8_t kHasMetadata = 0x80;  // of the second byte of the flags
     constexpr uint16_t kVersion = 0x0202;
@@ -84,7 +84,7 @@ class DracoGeometryFiller {
   }
 
   // The stream is decoded by now, and only memory can be lacking.
-  Expected<GeometryPlaces> prepare(const StreamDescription& description, std::span<const StoredValues> stored) {
+  Expected<GeometryPlaces> prepare(const StreamDescription& description, Span<const StoredValues> stored) {
     if (is_cloud(description.coding) != (mesh_ == nullptr)) return invalid_input("another kind of geometry");
     for (const StreamAttribute& attribute : description.attributes)
       if (description.coding == StreamCoding::kCloudKdTree && is_skipped(attribute))

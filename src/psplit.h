@@ -25,8 +25,7 @@
 //
 // gltf_ext/examples has a program for each of these.
 //
-// These headers need C++20 for std::span alone, which status.h, parallel.h and mesh/mesh.h do without. Those of
-// psplit::encoder and psplit::gltf need more of C++20.
+// All of these headers are C++17. psplit itself is compiled as C++20.
 #pragma once
 
 // clang-format off: the order is for readers.

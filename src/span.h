@@ -23,9 +23,10 @@ class Span {
   constexpr Span() = default;
   constexpr Span(T* data, size_t size) : data_(data), size_(size) {}
   // From an array, or from anything else that has data() and size().
-  template <typename Values, typename Element = std::remove_pointer_t<decltype(std::data(std::declval<Values&>()))>,
-            typename = std::enable_if_t<std::is_convertible_v<Element (*)[], T (*)[]> &&
-                                        !std::is_same_v<std::remove_cv_t<std::remove_reference_t<Values>>, Span>>>
+  template <
+      typename Values, typename Element = std::remove_pointer_t<decltype(std::data(std::declval<Values&>()))>,
+      typename = std::enable_if_t<std::is_convertible_v<Element (*)[], T (*)[]> &&
+                                  !std::is_same_v<std::remove_cv_t<std::remove_reference_t<Values>>, Span>>>
   constexpr Span(Values&& values)  // NOLINT: implicit
       : data_(std::data(values)), size_(std::size(values)) {}
 

@@ -34,9 +34,26 @@ if(PSPLIT_BUILD_ENCODER)
   # zlib: mesh files compressed by gzip.
   find_package(ZLIB REQUIRED)
 endif()
-# oneTBB: the pool of threads behind src/parallel.h.
-find_package(TBB REQUIRED)
+# oneTBB: the pool of threads behind src/parallel.h, unless the standard library is.
 find_package(Threads REQUIRED)
+if(NOT PSPLIT_THREADS MATCHES "^(AUTO|TBB|STD)$")
+  message(FATAL_ERROR "PSPLIT_THREADS is ${PSPLIT_THREADS}; it takes AUTO, TBB or STD")
+endif()
+if(PSPLIT_THREADS STREQUAL "TBB")
+  find_package(TBB REQUIRED)
+elseif(PSPLIT_THREADS STREQUAL "AUTO")
+  find_package(TBB QUIET)
+endif()
+set(PSPLIT_THREADS_LIBRARIES Threads::Threads)
+if(TBB_FOUND AND NOT PSPLIT_THREADS STREQUAL "STD")
+  set(PSPLIT_HAS_TBB ON)
+  set(PSPLIT_OTHER_THREADS std)
+  list(APPEND PSPLIT_THREADS_LIBRARIES TBB::tbb)
+else()
+  set(PSPLIT_HAS_TBB OFF)
+  set(PSPLIT_OTHER_THREADS tbb)
+endif()
+message(STATUS "oneTBB: ${PSPLIT_HAS_TBB}")
 
 # CUDA 12 or newer, for decoder_cuda: AUTO uses a toolkit if one is installed, ON requires one, OFF does not look.
 set(PSPLIT_HAS_CUDA OFF)

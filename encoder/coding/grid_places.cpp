@@ -56,7 +56,7 @@ Array<std::byte> places_of(const Attribute& attribute, const AttributeCoding& co
 
 }  // namespace
 
-void round_to_grid(std::span<float> value, const AttributeCoding& grid) {
+void round_to_grid(Span<float> value, const AttributeCoding& grid) {
   if (grid.octahedral) {
     std::ranges::copy(round_direction({value[0], value[1], value[2]}, grid.bits), value.begin());
     return;
@@ -68,8 +68,7 @@ void round_to_grid(std::span<float> value, const AttributeCoding& grid) {
                    : grid.origin[c];
 }
 
-std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh,
-                                                        std::span<const AttributeCoding> codings) {
+std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh, Span<const AttributeCoding> codings) {
   if (std::ranges::equal(mesh.attributes, codings, std::not_fn(decides_no_topology))) return {};
   return [&mesh, codings](size_t i) {
     const bool is_rounded = decides_no_topology(mesh.attributes[i], codings[i]);

@@ -2,22 +2,22 @@
 #pragma once
 
 #include <functional>
-#include <span>
 
 #include "encoder/coding/attribute_coding.h"
 #include "src/export.h"
 #include "src/mesh/mesh.h"
+#include "src/span.h"
 
 namespace psplit {
 
 // Replaces a value by what decoders make of the nearest place of its grid, bit for bit: three components of a
 // direction, or as many as the grid has.
-PSPLIT_EXPORT void round_to_grid(std::span<float> value, const AttributeCoding& grid);
+PSPLIT_EXPORT void round_to_grid(Span<float> value, const AttributeCoding& grid);
 
 // Returns for each attribute of the mesh, given by its index, bytes that are equal for values on one place of
 // its grid. Empty for POSITION, whose values decide the topology, and for exact values. An empty function if
 // that is all attributes. The mesh and its codings must outlive the function.
 PSPLIT_EXPORT std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh,
-                                                                      std::span<const AttributeCoding> codings);
+                                                                      Span<const AttributeCoding> codings);
 
 }  // namespace psplit

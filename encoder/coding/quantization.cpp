@@ -145,7 +145,7 @@ void CodingBounds::add(const CodingBounds& other) {
   off_unit_grid = std::max(off_unit_grid, other.off_unit_grid);
 }
 
-CodingBounds bounds_of(const Attribute& attribute, int bits, std::span<const uint8_t> stored) {
+CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored) {
   CodingBounds bounds;
   if (attribute.component_type != ComponentType::kFloat32) return bounds;
   const bool is_color = attribute.semantic.starts_with("COLOR_"), is_normal = attribute.semantic == "NORMAL";
@@ -217,7 +217,7 @@ void trim_noise(Attribute& attribute) {
   }
 }
 
-void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
+void round_weights(Mesh& mesh, Span<const AttributeCoding> codings) {
   struct Part {
     Attribute* attribute;
     size_t component;

@@ -3,17 +3,17 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
 #include "src/export.h"
 #include "src/mesh/mesh.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -31,8 +31,7 @@ struct CodingBounds {
 };
 // The bounds of the points whose flag in `stored` is set, or of all points without flags. The bounds of an
 // attribute that does not hold floats are empty.
-PSPLIT_EXPORT CodingBounds bounds_of(const Attribute& attribute, int bits,
-                                     std::span<const uint8_t> stored = {});
+PSPLIT_EXPORT CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored = {});
 
 // The smallest grid that holds these values of the attribute: a step exceeds that of the largest extent by no
 // more than floats force. But weights and tangents within glTF's limits get the limits' grid. So do colours, if
@@ -58,7 +57,7 @@ void trim_noise(Attribute& attribute);
 
 // Rounds quantized weights to their grid so that the weights of a point, over all WEIGHTS_n, keep their sum.
 // glTF wants the sum to be one; a sum that is nearly one becomes one.
-PSPLIT_EXPORT void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
+PSPLIT_EXPORT void round_weights(Mesh& mesh, Span<const AttributeCoding> codings);
 
 // The place of a value on a grid of 2^bits numbers, in libdraco's float arithmetic: a whole number. The range
 // is above 0.
@@ -78,7 +77,7 @@ std::vector<double> error_bounds(const AttributeCoding& coding);
 // The distances that these bounds limit. Infinite if one value is NaN and the other is not the same NaN. Zeros
 // of both signs are equal.
 inline double component_distance(double a, double b) {
-  if (a == b || std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b)) return 0;
+  if (a == b || std::memcmp(&a, &b, sizeof a) == 0) return 0;
   const double distance = std::fabs(a - b);
   return std::isnan(distance) ? INFINITY : distance;
 }

@@ -276,7 +276,7 @@ Status decode_container(const DecodeTask& task, const PrimitiveBuffers& out, con
   return {};
 }
 
-std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+std::vector<Status> decode_into(Span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                 const ThreadPool& pool, const Watch& watch) {
   const auto decode = [&](size_t i) -> Status {
     if (watch.stopped()) return cancelled();
@@ -302,8 +302,7 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const Buffers
 
 }  // namespace
 
-Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream,
-                                   std::span<const AttributeRequest> requests) {
+Expected<Mesh> decode_draco_stream(Span<const uint8_t> stream, Span<const AttributeRequest> requests) {
   Mesh mesh;
   Status status = decode_stream(stream, requests, kAllFaces, [&](uint32_t points, uint32_t faces) {
     return allocate_mesh(points, faces, requests, stream.size(), mesh);
@@ -312,7 +311,7 @@ Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream,
   return mesh;
 }
 
-Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream) {
+Expected<StreamDescription> describe_draco_stream(Span<const uint8_t> stream) {
   const Expected<DracoMesh> decoded = decode_mesh(stream, false);
   if (!decoded) return decoded.status();
   // Bits are known only if the transform is skipped, and types only if it is not.

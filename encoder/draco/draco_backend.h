@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "src/container/decode_backend.h"
 #include "src/container/stream_description.h"
 #include "src/export.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -21,10 +21,10 @@ PSPLIT_EXPORT DecodeBackend draco_backend();
 PSPLIT_EXPORT std::string draco_version();
 
 // One Draco mesh stream as libdraco decodes it, with faces and points in its order.
-Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests);
+Expected<Mesh> decode_draco_stream(Span<const uint8_t> stream, Span<const AttributeRequest> requests);
 
 // Describes a mesh stream of any version that libdraco decodes. Streams before 1.3 have no unique ids: their
 // attributes get their places as ids, here and in the backend. Errors: kInvalidInput.
-Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream);
+Expected<StreamDescription> describe_draco_stream(Span<const uint8_t> stream);
 
 }  // namespace psplit

@@ -213,7 +213,7 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
 
 }  // namespace
 
-Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool) {
   Partition partition;
   partition.patch_of_face.assign(faces.size(), 0);
@@ -262,7 +262,7 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
   return partition;
 }
 
-std::vector<uint32_t> distribute_patches(std::span<const uint64_t> face_counts, uint64_t patch_count) {
+std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count) {
   const uint64_t total = std::accumulate(face_counts.begin(), face_counts.end(), uint64_t{0});
   std::vector<uint32_t> shares;
   for (const uint64_t faces : face_counts) {

@@ -9,11 +9,11 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "src/export.h"
 #include "src/parallel.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -45,12 +45,11 @@ struct Partition {
 // several components, non-manifold edges, degenerate and repeated faces. The faces of a patch are connected by
 // edges, unless whole components were packed into it. The result depends only on the input and the options,
 // never on the number of threads. Two calls may share one pool.
-PSPLIT_EXPORT Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+PSPLIT_EXPORT Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                                         const PartitionOptions& options, const ThreadPool& pool);
 
 // Divides `patch_count` patches between objects (the paper's section 4.3). An object with M of the S faces gets
 // floor(M x patch_count / S) patches, but at least one.
-PSPLIT_EXPORT std::vector<uint32_t> distribute_patches(std::span<const uint64_t> face_counts,
-                                                       uint64_t patch_count);
+PSPLIT_EXPORT std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count);
 
 }  // namespace psplit

@@ -216,7 +216,7 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
       skipped = attribute.semantic + " holds 32-bit integers";
   }
   if (document.spooled && !document.spooled->numbers.empty()) {
-    const std::span<const std::byte> numbers = std::as_bytes(document.spooled->numbers.bytes());
+    const std::span<const std::byte> numbers = std::as_bytes(std::span(document.spooled->numbers));
     job.unrounded.push_back(
         {"", ComponentType::kUint32, 3, false, Array<std::byte>(numbers.begin(), numbers.end())});
   }

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "gltf_ext/files/mapped_file.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -17,9 +17,11 @@ class Buffer {
   Buffer(std::vector<uint8_t> bytes) : owned_(std::move(bytes)) {}
   Buffer(MappedFile file) : file_(std::move(file)) {}
 
-  std::span<const uint8_t> bytes() const { return is_mapped() ? file_.bytes() : std::span(owned_); }
-  operator std::span<const uint8_t>() const { return bytes(); }
+  Span<const uint8_t> bytes() const { return is_mapped() ? file_.bytes() : Span(owned_); }
+  const uint8_t* data() const { return bytes().data(); }
   size_t size() const { return bytes().size(); }
+  const uint8_t* begin() const { return bytes().begin(); }
+  const uint8_t* end() const { return bytes().end(); }
   bool empty() const { return bytes().empty(); }
   bool is_mapped() const { return !file_.bytes().empty(); }
 
@@ -27,7 +29,7 @@ class Buffer {
   std::vector<uint8_t>& own() {
     if (is_mapped()) {
       owned_.reserve(file_.bytes().size());
-      visit_and_release(file_.bytes(), [&](std::span<const uint8_t> step) {
+      visit_and_release(file_.bytes(), [&](Span<const uint8_t> step) {
         owned_.insert(owned_.end(), step.begin(), step.end());
         return true;
       });

@@ -208,7 +208,7 @@ Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesy
   return parse_at(std::move(file), source, FileAccess::kRead);
 }
 
-Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source) {
+Expected<Document> parse_document(Span<const uint8_t> file, const std::filesystem::path& source) {
   return parse_document(std::vector<uint8_t>(file.begin(), file.end()), source);
 }
 
@@ -242,11 +242,11 @@ bool has_no_bytes(const Document& document, size_t buffer) {
          integer_field(*object, "byteLength").value_or(0) > 0;
 }
 
-Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
+Expected<Span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
   const std::string name = "buffer view " + std::to_string(index);
   const ViewRecord& view = document.records().view(index);
   const auto& [buffer, offset, count] = view.range;
-  const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(buffer)];
+  const Span<const uint8_t> bytes = document.buffers[static_cast<size_t>(buffer)];
   if (offset <= bytes.size() && count <= bytes.size() - offset)
     return bytes.subspan(static_cast<size_t>(offset), static_cast<size_t>(count));
   // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
@@ -261,7 +261,7 @@ size_t append_buffer(Document& document, Buffer bytes) {
   return document.buffers.size() - 1;
 }
 
-int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
+int64_t append_buffer_view(Document& document, Span<const uint8_t> bytes) {
   const size_t buffer = growing_buffer(document);
   std::vector<uint8_t>& target = document.buffers[buffer].own();
   const size_t offset = (target.size() + 3) / 4 * 4;

@@ -2,18 +2,18 @@
 // unchanged.
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <span>
+#include <tuple>
 #include <vector>
 
 #include "gltf_ext/document/buffer.h"
 #include "gltf_ext/json/json_fwd.h"
 #include "src/container/stream_description.h"
 #include "src/export.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -25,7 +25,12 @@ struct PrimitiveId {
   size_t mesh = 0;
   size_t primitive = 0;
 
-  auto operator<=>(const PrimitiveId&) const = default;
+  friend bool operator==(const PrimitiveId& a, const PrimitiveId& b) {
+    return a.mesh == b.mesh && a.primitive == b.primitive;
+  }
+  friend bool operator<(const PrimitiveId& a, const PrimitiveId& b) {
+    return std::tie(a.mesh, a.primitive) < std::tie(b.mesh, b.primitive);
+  }
 };
 
 // The JSON of an asset, which is edited in place, and the records that readers take. gltf_ext/json/json.h has
@@ -87,7 +92,7 @@ struct Document : AssetTree {
 
 // Where an error of a primitive is; with the document, the file as well.
 inline Place place_of(PrimitiveId id) {
-  return {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
+  return {{}, static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive)};
 }
 inline Place place_of(const Document& document, PrimitiveId id) {
   Place place = place_of(id);
@@ -107,8 +112,7 @@ PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path
 // The same for a file in memory. If the bytes are moved in, those of a GLB become the buffer without a copy.
 PSPLIT_EXPORT Expected<Document> parse_document(std::vector<uint8_t>&& file,
                                                 const std::filesystem::path& source);
-PSPLIT_EXPORT Expected<Document> parse_document(std::span<const uint8_t> file,
-                                                const std::filesystem::path& source);
+PSPLIT_EXPORT Expected<Document> parse_document(Span<const uint8_t> file, const std::filesystem::path& source);
 // The same for a mapped file; the buffers' files are mapped as well.
 Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source);
 
@@ -123,12 +127,12 @@ bool has_no_bytes(const Document& document, size_t buffer);
 
 // The bytes of a buffer view that exists. Errors: kUnsupported if the view was compressed by a newer
 // meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if it has too few.
-PSPLIT_EXPORT Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
+PSPLIT_EXPORT Expected<Span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Appends a buffer and returns its index.
 size_t append_buffer(Document& document, Buffer bytes);
 
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.
-PSPLIT_EXPORT int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes);
+PSPLIT_EXPORT int64_t append_buffer_view(Document& document, Span<const uint8_t> bytes);
 
 }  // namespace psplit

@@ -17,7 +17,7 @@ int fail(const std::string& message) {
   return 3;
 }
 
-uint32_t u32(std::span<const uint8_t> bytes, size_t at) {
+uint32_t u32(psplit::Span<const uint8_t> bytes, size_t at) {
   uint32_t value = 0;
   if (at + 4 <= bytes.size()) std::memcpy(&value, &bytes[at], 4);
   return value;
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
     const size_t offset = view.value("byteOffset", size_t{0}), bytes = view.at("byteLength").get<size_t>();
     if (offset > file.size() - buffer_at || bytes > file.size() - buffer_at - offset)
       return fail("the buffer view leaves the file");
-    source.bytes = std::span(file).subspan(buffer_at + offset, bytes);
+    source.bytes = psplit::Span<const uint8_t>(file).subspan(buffer_at + offset, bytes);
     // Only positions: attributes that are not requested are not written.
     source.attributes = {{"POSITION", extension.at("attributes").at("POSITION").get<uint32_t>()}};
   } catch (const nlohmann::json::exception& error) {

@@ -14,8 +14,9 @@ int main(int argc, char** argv) {
   tinygltf::Model model;
   std::string error, warning;
   loader.SetFsCallbacks(psplit::tinygltf_file_callbacks());
-  const bool parsed = path.ends_with(".glb") ? loader.LoadBinaryFromFile(&model, &error, &warning, path)
-                                             : loader.LoadASCIIFromFile(&model, &error, &warning, path);
+  const bool is_glb = path.size() > 4 && path.compare(path.size() - 4, 4, ".glb") == 0;
+  const bool parsed = is_glb ? loader.LoadBinaryFromFile(&model, &error, &warning, path)
+                             : loader.LoadASCIIFromFile(&model, &error, &warning, path);
   if (!parsed) {
     std::cerr << path << ": " << error << "\n";
     return 3;

@@ -57,8 +57,7 @@ MappedFile FileMemory::view() const {
   return file;
 }
 
-bool visit_and_release(std::span<const uint8_t> bytes,
-                       const std::function<bool(std::span<const uint8_t>)>& visit) {
+bool visit_and_release(Span<const uint8_t> bytes, const std::function<bool(Span<const uint8_t>)>& visit) {
   while (!bytes.empty()) {
     const auto step = bytes.first(static_cast<size_t>(std::min<uint64_t>(bytes.size(), kReleaseStep)));
     if (!visit(step)) return false;

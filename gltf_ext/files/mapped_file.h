@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <span>
 
 #include "src/export.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -34,7 +34,7 @@ class MappedFile {
   // there are none. Errors: kMayPass if it cannot be mapped.
   PSPLIT_EXPORT static Expected<MappedFile> open(const UnnamedFile& file);
 
-  std::span<const uint8_t> bytes() const { return bytes_; }
+  Span<const uint8_t> bytes() const { return bytes_; }
 
   // The same file, but fewer of its bytes. The range must be within bytes().
   PSPLIT_EXPORT MappedFile range(uint64_t offset, uint64_t length) const;
@@ -42,7 +42,7 @@ class MappedFile {
  private:
   friend class FileMemory;
   std::shared_ptr<const void> owner_;
-  std::span<const uint8_t> bytes_;
+  Span<const uint8_t> bytes_;
 };
 
 // Memory in a temporary file, for results that may be larger than the memory of the machine: at first zeros.
@@ -52,13 +52,13 @@ class FileMemory {
   // Takes the space at once. Errors: those of io_error, such as a full disk.
   static Expected<FileMemory> create(const std::filesystem::path& folder, uint64_t bytes);
 
-  std::span<uint8_t> bytes() const { return bytes_; }
+  Span<uint8_t> bytes() const { return bytes_; }
   // The same memory for readers.
   MappedFile view() const;
 
  private:
   std::shared_ptr<const void> owner_;
-  std::span<uint8_t> bytes_;
+  Span<uint8_t> bytes_;
 };
 
 // The step in which large ranges are processed and then released, in bytes.
@@ -66,7 +66,7 @@ inline constexpr uint64_t kReleaseStep = uint64_t{8} << 20;
 
 // Calls `visit` for the bytes in steps of kReleaseStep, and releases each step that is a part of a MappedFile.
 // `visit` returns whether to continue. Returns false if it stopped.
-PSPLIT_EXPORT bool visit_and_release(std::span<const uint8_t> bytes,
-                                     const std::function<bool(std::span<const uint8_t>)>& visit);
+PSPLIT_EXPORT bool visit_and_release(Span<const uint8_t> bytes,
+                                     const std::function<bool(Span<const uint8_t>)>& visit);
 
 }  // namespace psplit

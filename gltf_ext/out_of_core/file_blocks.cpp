@@ -19,7 +19,7 @@ Expected<AppendFile> AppendFile::create(const std::filesystem::path& folder) {
   return result;
 }
 
-Status AppendFile::append(std::span<const uint8_t> bytes) {
+Status AppendFile::append(Span<const uint8_t> bytes) {
   if (buffer_.size() + bytes.size() > kAppendBuffer)
     if (Status status = flush(); !status.ok()) return status;
   if (bytes.size() > kAppendBuffer) {

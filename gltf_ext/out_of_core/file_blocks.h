@@ -24,8 +24,8 @@ class AppendFile : public Spill {
  public:
   static Expected<AppendFile> create(const std::filesystem::path& folder);
 
-  Status append(std::span<const uint8_t> bytes) override;
-  Status read(uint64_t offset, std::span<uint8_t> to) override {
+  Status append(Span<const uint8_t> bytes) override;
+  Status read(uint64_t offset, Span<uint8_t> to) override {
     Status status = flush();
     return status.ok() ? file_.read(offset, to) : std::move(status);
   }

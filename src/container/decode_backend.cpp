@@ -4,7 +4,7 @@
 
 namespace psplit {
 
-std::vector<Expected<Mesh>> DecodeBackend::decode(std::span<const DecodeTask> tasks, const ThreadPool& pool,
+std::vector<Expected<Mesh>> DecodeBackend::decode(Span<const DecodeTask> tasks, const ThreadPool& pool,
                                                   const Progress& progress) const {
   std::vector<Mesh> meshes(tasks.size());
   const auto allocate = [&](size_t i, uint32_t point_count, uint32_t face_count) {
@@ -19,14 +19,14 @@ std::vector<Expected<Mesh>> DecodeBackend::decode(std::span<const DecodeTask> ta
   return results;
 }
 
-Expected<Mesh> DecodeBackend::decode(const PatchContainer& container,
-                                     std::span<const AttributeRequest> requests, const ThreadPool& pool) const {
+Expected<Mesh> DecodeBackend::decode(const PatchContainer& container, Span<const AttributeRequest> requests,
+                                     const ThreadPool& pool) const {
   const DecodeTask task{&container, requests};
   return std::move(decode({&task, 1}, pool).front());
 }
 
 Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_count,
-                                         std::span<const AttributeRequest> requests, uint64_t stored_bytes,
+                                         Span<const AttributeRequest> requests, uint64_t stored_bytes,
                                          Mesh& mesh) {
   if (Status status = check_results(point_count, face_count, requests, stored_bytes); !status.ok())
     return status;

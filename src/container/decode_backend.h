@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <functional>
 #include <iterator>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -36,15 +36,15 @@ struct AttributeRequest {
 };
 
 // The caller's memory, as bytes. Spans, vectors and arrays of plain values convert to it.
-class WritableBytes : public std::span<std::byte> {
+class WritableBytes : public Span<std::byte> {
  public:
   WritableBytes() = default;
   template <typename Values,
             typename T = std::remove_reference_t<decltype(*std::data(std::declval<Values&>()))>,
             typename = std::enable_if_t<std::is_trivially_copyable_v<T> && !std::is_const_v<T> &&
-                                        std::is_convertible_v<Values, std::span<T>>>>
+                                        std::is_convertible_v<Values, Span<T>>>>
   WritableBytes(Values&& values)  // NOLINT: implicit
-      : span(std::as_writable_bytes(std::span<T>(values))) {}
+      : Span(reinterpret_cast<std::byte*>(std::data(values)), std::size(values) * sizeof(T)) {}
 };
 
 // Where an attribute goes: one value for each point, `stride` bytes from one value to the next. A stride of 0
@@ -64,7 +64,7 @@ struct PrimitiveBuffers {
 // A container, and the attributes that become one mesh. Both must outlive decoding.
 struct DecodeTask {
   const PatchContainer* container = nullptr;
-  std::span<const AttributeRequest> requests;
+  Span<const AttributeRequest> requests;
 };
 
 // Gives a backend the memory for a task's mesh, or the error that ends the task. A backend calls it when it
@@ -88,21 +88,21 @@ struct PSPLIT_EXPORT DecodeBackend {
   std::string name;
   // Decodes all tasks, and stitches their patches. Returns a status for each task, in their order. The error of
   // one task does not affect another. After an error the task's memory may hold anything. Thread-safe.
-  std::function<std::vector<Status>(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+  std::function<std::vector<Status>(Span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                     const ThreadPool& pool, const Watch& watch)>
       decode_into;
 
   // Decodes to new meshes: a mesh or an error for each task. Errors: those of decode_into and of allocate_mesh.
-  std::vector<Expected<Mesh>> decode(std::span<const DecodeTask> tasks, const ThreadPool& pool,
+  std::vector<Expected<Mesh>> decode(Span<const DecodeTask> tasks, const ThreadPool& pool,
                                      const Progress& progress = {}) const;
-  Expected<Mesh> decode(const PatchContainer& container, std::span<const AttributeRequest> requests,
+  Expected<Mesh> decode(const PatchContainer& container, Span<const AttributeRequest> requests,
                         const ThreadPool& pool) const;
 };
 
 // Gives `mesh` the counts, the attributes and the memory for them, not zeroed. Errors: kInvalidInput if
 // `stored_bytes`, which the mesh is decoded from, do not justify that much memory.
 PSPLIT_EXPORT Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_count,
-                                                       std::span<const AttributeRequest> requests,
+                                                       Span<const AttributeRequest> requests,
                                                        uint64_t stored_bytes, Mesh& mesh);
 
 }  // namespace psplit

@@ -53,7 +53,7 @@ const char* coding_name(StreamCoding coding) {
   return "";
 }
 
-Expected<std::vector<AttributeRequest>> gltf_attributes(std::span<const StreamAttribute> attributes) {
+Expected<std::vector<AttributeRequest>> gltf_attributes(Span<const StreamAttribute> attributes) {
   std::vector<AttributeRequest> requests;
   std::set<uint32_t> unique_ids;
   std::map<std::string, uint32_t> used;

@@ -3,12 +3,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <tuple>
 #include <vector>
 
 #include "src/container/decode_backend.h"
 #include "src/core/data_type.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -79,14 +79,13 @@ struct StreamDescription {
 
 // describe_stream (src/cpu/draco_stream.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
 // the other.
-using DescribeStream = std::function<Expected<StreamDescription>(std::span<const uint8_t> stream)>;
+using DescribeStream = std::function<Expected<StreamDescription>(Span<const uint8_t> stream)>;
 
 // The requests that make each attribute one that glTF allows, in the same order. The names are POSITION,
 // NORMAL, TEXCOORD_n and COLOR_n for data of the types that glTF gives these names, and _GENERIC_n for all
 // other data. 32-bit and 64-bit integers and doubles become floats, and bools become bytes. Integer colours are
 // normalized. Errors: kUnsupported (a number of components that no glTF type has), kInvalidInput (no positions,
 // or two attributes with one unique id).
-PSPLIT_EXPORT Expected<std::vector<AttributeRequest>> gltf_attributes(
-    std::span<const StreamAttribute> attributes);
+PSPLIT_EXPORT Expected<std::vector<AttributeRequest>> gltf_attributes(Span<const StreamAttribute> attributes);
 
 }  // namespace psplit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 
 namespace psplit {
 
@@ -13,7 +14,14 @@ struct StreamEntry {
   uint32_t stitch_bytes = 0;
   bool is_condensed = false;  // its fields are coded with the models of the container's head
   uint8_t skeleton = 0;       // of a condensed stream: which of the head's skeletons it has
-  bool operator==(const StreamEntry&) const = default;
+
+  friend bool operator==(const StreamEntry& a, const StreamEntry& b) {
+    const auto members = [](const StreamEntry& of) {
+      return std::tie(of.stream_bytes, of.face_count, of.point_count, of.reference_count, of.stitch_bytes,
+                      of.is_condensed, of.skeleton);
+    };
+    return members(a) == members(b);
+  }
 };
 
 }  // namespace psplit

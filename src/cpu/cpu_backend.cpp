@@ -124,7 +124,7 @@ class Tasks {
   std::vector<Status> statuses_;
 };
 
-std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+std::vector<Status> decode_into(Span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                 const ThreadPool& pool, const Watch& watch) {
   return Tasks(tasks, buffers_for, pool, watch).decode();
 }

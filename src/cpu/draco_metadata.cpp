@@ -69,7 +69,7 @@ class MetadataReader : public core::MetadataVisitor {
 
 }  // namespace
 
-Expected<StreamMetadata> read_metadata(std::span<const uint8_t> stream) {
+Expected<StreamMetadata> read_metadata(Span<const uint8_t> stream) {
   core::ByteReader reader(stream.data(), stream.size());
   core::StreamFront front;
   core::Fault fault = core::read_front(reader, front);

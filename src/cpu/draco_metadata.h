@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "src/export.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -56,6 +56,6 @@ struct StreamMetadata {
 // of metadata at most. Errors: kUnsupported (another bitstream), kInvalidInput (no Draco stream, or metadata
 // that end early, contradict themselves, repeat the name of a part, or nest more than a thousand times).
 // Thread-safe.
-PSPLIT_EXPORT Expected<StreamMetadata> read_metadata(std::span<const uint8_t> stream);
+PSPLIT_EXPORT Expected<StreamMetadata> read_metadata(Span<const uint8_t> stream);
 
 }  // namespace psplit

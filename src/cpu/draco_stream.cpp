@@ -144,7 +144,7 @@ void write_places(const core::Patch<Index>& patch, const core::Attribute<Index>&
 
 }  // namespace
 
-Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
+Expected<StreamDescription> describe_stream(Span<const uint8_t> stream) {
   StreamDescription description;
   Status status = with_any_stream(stream, [&](const auto& header, const auto& patch) -> Status {
     description = description_of(header, patch);
@@ -154,7 +154,7 @@ Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
   return description;
 }
 
-Expected<Mesh> decode_draco(std::span<const uint8_t> stream, StreamDescription* description) {
+Expected<Mesh> decode_draco(Span<const uint8_t> stream, StreamDescription* description) {
   Mesh mesh;
   Status status = with_any_stream(
       stream, [&]<typename Index>(const auto& header, const core::Patch<Index>& patch) -> Status {
@@ -175,7 +175,7 @@ Expected<Mesh> decode_draco(std::span<const uint8_t> stream, StreamDescription* 
 
 size_t GeometryAttribute::stride() const { return component_count() * core::data_type_bytes(type()); }
 
-Status decode_geometry(std::span<const uint8_t> stream, const PlacesFor& places_for) {
+Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for) {
   return with_any_stream(stream, [&](const auto& header, const auto& patch) -> Status {
     const Expected<GeometryPlaces> places =
         places_for(description_of(header, patch), stored_values(header, patch));
@@ -189,7 +189,7 @@ Status decode_geometry(std::span<const uint8_t> stream, const PlacesFor& places_
   });
 }
 
-Expected<DracoGeometry> decode_geometry(std::span<const uint8_t> stream, bool integers) {
+Expected<DracoGeometry> decode_geometry(Span<const uint8_t> stream, bool integers) {
   DracoGeometry geometry;
   Status status = decode_geometry(
       stream,

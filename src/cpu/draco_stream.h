@@ -7,22 +7,21 @@
 #pragma once
 
 #include <functional>
-#include <span>
 #include <vector>
 
 #include "src/container/stream_description.h"
 #include "src/mesh/mesh.h"
+#include "src/span.h"
 
 namespace psplit {
 
 // Describes a stream. It decodes the stream for that.
-PSPLIT_EXPORT Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream);
+PSPLIT_EXPORT Expected<StreamDescription> describe_stream(Span<const uint8_t> stream);
 
 // Decodes all attributes as glTF has them. A point cloud becomes a mesh without faces. gltf_attributes
 // (src/container/stream_description.h) chooses names and types, and has errors of its own. `description`, if it
 // is not null, becomes that of the stream.
-PSPLIT_EXPORT Expected<Mesh> decode_draco(std::span<const uint8_t> stream,
-                                          StreamDescription* description = nullptr);
+PSPLIT_EXPORT Expected<Mesh> decode_draco(Span<const uint8_t> stream, StreamDescription* description = nullptr);
 
 // One value for each point, tightly packed, in the type that the stream has: description.components of
 // description.type, little-endian.
@@ -52,7 +51,7 @@ struct DracoGeometry {
 // Decodes all attributes to their own types. With `integers`, to the integers that the stream has: places on
 // the grid of a quantized attribute, coordinates on the octahedron of a normal. Attributes that are stored
 // exactly have integers too, if they are integers of at most 32 bits.
-PSPLIT_EXPORT Expected<DracoGeometry> decode_geometry(std::span<const uint8_t> stream, bool integers = false);
+PSPLIT_EXPORT Expected<DracoGeometry> decode_geometry(Span<const uint8_t> stream, bool integers = false);
 
 // What a stream stores of an attribute: each value once, in the order in which libdraco has them.
 struct StoredValues {
@@ -75,9 +74,9 @@ struct GeometryPlaces {
 };
 // Called once the counts are known. `stored` has an element for each attribute.
 using PlacesFor =
-    std::function<Expected<GeometryPlaces>(const StreamDescription&, std::span<const StoredValues> stored)>;
+    std::function<Expected<GeometryPlaces>(const StreamDescription&, Span<const StoredValues> stored)>;
 
 // Decodes a stream to the places that places_for returns, which may throw. Its error is returned.
-PSPLIT_EXPORT Status decode_geometry(std::span<const uint8_t> stream, const PlacesFor& places_for);
+PSPLIT_EXPORT Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for);
 
 }  // namespace psplit

@@ -20,7 +20,8 @@ ScratchMemory take_scratch(size_t bytes) {
   ScratchMemory memory(static_cast<uint8_t*>(::operator new(bytes, kAlignment)));
 #if defined(__linux__)
   const auto begin = reinterpret_cast<uintptr_t>(memory.get());
-  const uintptr_t first = (begin + kHugePage - 1) / kHugePage * kHugePage, end = (begin + bytes) / kHugePage * kHugePage;
+  const uintptr_t first = (begin + kHugePage - 1) / kHugePage * kHugePage,
+                  end = (begin + bytes) / kHugePage * kHugePage;
   if (first < end) ::madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
 #endif
   return memory;

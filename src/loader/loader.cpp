@@ -128,7 +128,7 @@ Expected<CompressedPrimitive> CompressedPrimitive::open(PrimitiveSource source) 
 }
 
 const PatchContainer& CompressedPrimitive::container() const { return state_->container; }
-std::span<const uint8_t> CompressedPrimitive::bytes() const { return container().bytes; }
+Span<const uint8_t> CompressedPrimitive::bytes() const { return container().bytes; }
 Compression CompressedPrimitive::compression() const {
   return container().is_stock ? Compression::kDraco : Compression::kPatches;
 }
@@ -169,7 +169,7 @@ Status CompressedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers
   return std::move(run({&task, 1}, {&*buffers, 1}, options).front()).at({.patch = number});
 }
 
-std::vector<Status> decode_primitives(std::span<const PrimitiveLoad> loads, const LoadOptions& options) {
+std::vector<Status> decode_primitives(Span<const PrimitiveLoad> loads, const LoadOptions& options) {
   std::vector<Status> statuses(loads.size());
   std::vector<DecodeTask> tasks;
   std::vector<PrimitiveBuffers> buffers;

@@ -40,11 +40,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "src/container/decode_backend.h"
 #include "src/mesh/mesh.h"
+#include "src/span.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -56,7 +56,7 @@ enum class Compression : uint8_t {
 
 // A compressed primitive as its JSON describes it.
 struct PrimitiveSource {
-  std::span<const uint8_t> bytes;  // of the extension's buffer view
+  Span<const uint8_t> bytes;  // of the extension's buffer view
   // Those of the extension's `attributes` that are wanted, with their ids. Types come from the accessors.
   std::vector<AttributeRequest> attributes{};
   // The accessors' `count`; 0: not known. `open` compares them with the bytes. Without point_count, it decodes
@@ -99,7 +99,7 @@ class PSPLIT_EXPORT CompressedPrimitive {
   // the result exists.
   static Expected<CompressedPrimitive> open(PrimitiveSource source);
 
-  std::span<const uint8_t> bytes() const;
+  Span<const uint8_t> bytes() const;
   Compression compression() const;
   uint32_t point_count() const;
   uint32_t face_count() const;
@@ -137,7 +137,7 @@ struct PrimitiveLoad {
   CompressedPrimitive primitive;
   PrimitiveBuffers out;
 };
-PSPLIT_EXPORT std::vector<Status> decode_primitives(std::span<const PrimitiveLoad> loads,
+PSPLIT_EXPORT std::vector<Status> decode_primitives(Span<const PrimitiveLoad> loads,
                                                     const LoadOptions& options = {});
 
 }  // namespace psplit

@@ -227,14 +227,14 @@ class BrokenSpill : public MemorySpill {
   // Sets `bits` to the number of bits that were appended.
   BrokenSpill(uint64_t bit, bool when_read, uint64_t& bits) : bit_(bit), when_read_(when_read), bits_(bits) {}
 
-  Status append(std::span<const uint8_t> bytes) override {
+  Status append(Span<const uint8_t> bytes) override {
     std::vector<uint8_t> copy(bytes.begin(), bytes.end());
     if (!when_read_) flip(size(), copy);
     Status status = MemorySpill::append(copy);
     bits_ = std::max(bits_, 8 * size());
     return status;
   }
-  Status read(uint64_t offset, std::span<uint8_t> to) override {
+  Status read(uint64_t offset, Span<uint8_t> to) override {
     Status status = MemorySpill::read(offset, to);
     if (when_read_) flip(offset, to);
     return status;
@@ -325,7 +325,7 @@ TEST(EncodeParts, FindsMutantsOfAWalk) {
 TEST(EncodeParts, PassesOnTheErrorsOfSpills) {
   class FullSpill : public MemorySpill {
    public:
-    Status append(std::span<const uint8_t> bytes) override {
+    Status append(Span<const uint8_t> bytes) override {
       return size() + bytes.size() > 2000 ? io_failure("no space left") : MemorySpill::append(bytes);
     }
   };

@@ -243,7 +243,7 @@ class MaterialFiles {
   Expected<std::vector<uint8_t>> embedded_bytes(size_t image) const {
     const Json& json = document_.json()["images"][image];
     if (const std::string* const uri = string_field(json, "uri")) return decode_data_uri(*uri);
-    const Expected<std::span<const uint8_t>> bytes =
+    const Expected<Span<const uint8_t>> bytes =
         buffer_view_bytes(document_, integer_field(json, "bufferView").value_or(-1));
     if (!bytes) return bytes.status();
     return std::vector<uint8_t>(bytes->begin(), bytes->end());
