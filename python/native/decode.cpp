@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "python/native/arrays.h"
+#include "python/native/pools.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_metadata.h"
 #include "src/cpu/draco_stream.h"
@@ -158,19 +159,6 @@ py::tuple decode(const py::object& data, bool quantized, const py::object& out_d
                         : decode_stream(held.bytes(), quantized));
   }
   return tuple_of(value_or_throw(std::move(*decoded)), out ? &*out : nullptr);
-}
-
-// All threads of the machine, started once. It is never destroyed: other static objects may go first.
-const ThreadPool& shared_pool() {
-  static const auto* const pool = new ThreadPool();
-  return *pool;
-}
-// Calls use(pool) with a pool of that many threads; 0: all of the machine.
-template <typename Use>
-auto with_pool(int thread_count, Use use) {
-  if (thread_count < 0) throw py::value_error("threads is negative");
-  if (thread_count == 0) return use(shared_pool());
-  return use(ThreadPool(thread_count));
 }
 
 // A tuple or an exception for each stream.

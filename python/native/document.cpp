@@ -12,6 +12,7 @@
 #include "gltf_ext/primitive/read_primitives.h"
 #include "python/native/arrays.h"
 #include "python/native/decode.h"
+#include "python/native/pools.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit::python {
@@ -36,7 +37,7 @@ struct ReadPrimitive {
   std::vector<MorphAttribute> morphs{};
 };
 
-std::vector<ReadPrimitive> read_all(const Document& document, int thread_count) {
+std::vector<ReadPrimitive> read_all(const Document& document, const ThreadPool& pool) {
   std::vector<ReadPrimitive> read;
   std::vector<PrimitiveId> triangles;
   std::vector<size_t> places;
@@ -53,7 +54,7 @@ std::vector<ReadPrimitive> read_all(const Document& document, int thread_count) 
     primitive.corner_count = elements->corner_count;
     primitive.mesh = std::move(elements->mesh);
   }
-  std::vector<Expected<Mesh>> meshes = read_triangles(document, triangles, ThreadPool(thread_count));
+  std::vector<Expected<Mesh>> meshes = read_triangles(document, triangles, pool);
   for (size_t i = 0; i < places.size(); ++i) {
     read[places[i]].status = meshes[i].status();
     if (meshes[i]) read[places[i]].mesh = std::move(*meshes[i]);
@@ -94,11 +95,10 @@ class Asset {
 
   // For each mesh a list of its primitives: (corners of an element, mesh, morph targets), or an exception.
   py::list primitives(int thread_count) const {
-    std::vector<ReadPrimitive> read;
-    {
+    std::vector<ReadPrimitive> read = with_pool(thread_count, [&](const ThreadPool& pool) {
       const py::gil_scoped_release release;
-      read = read_all(document_, thread_count);
-    }
+      return read_all(document_, pool);
+    });
     std::vector<py::list> meshes(document_.records().meshes.size());
     for (ReadPrimitive& primitive : read) {
       py::list& mesh = meshes[primitive.id.mesh];

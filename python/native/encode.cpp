@@ -11,6 +11,7 @@
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
 #include "python/native/arrays.h"
+#include "python/native/pools.h"
 
 namespace psplit::python {
 namespace {
@@ -101,13 +102,13 @@ Expected<std::vector<uint8_t>> encode_stream(Mesh mesh, const Encoding& encoding
 }
 
 Expected<EncodedMesh> encode_patches(Mesh mesh, const Encoding& encoding, uint32_t patch_count,
-                                     int thread_count) {
+                                     const ThreadPool& pool) {
   const Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, encoding);
   if (!codings) return codings.status();
   EncodeOptions options;
   options.patch_count = patch_count;
   options.encode_speed = encoding.speed;
-  return encode_mesh(mesh, *codings, options, ThreadPool(thread_count));
+  return encode_mesh(mesh, *codings, options, pool);
 }
 
 py::bytes bytes_of(const std::vector<uint8_t>& bytes) {
@@ -144,12 +145,10 @@ py::tuple encode_container(const Indices& faces, const std::vector<Given>& attri
                            int speed, uint32_t patch_count, int thread_count) {
   Mesh mesh = mesh_of(faces, attributes);
   const Encoding encoding = encoding_of(position_bits, normal_bits, texcoord_bits, origin, range, speed);
-  std::optional<Expected<EncodedMesh>> encoded;
-  {
+  const EncodedMesh done = value_or_throw(with_pool(thread_count, [&](const ThreadPool& pool) {
     const py::gil_scoped_release release;
-    encoded.emplace(encode_patches(std::move(mesh), encoding, patch_count, thread_count));
-  }
-  const EncodedMesh done = value_or_throw(std::move(*encoded));
+    return encode_patches(std::move(mesh), encoding, patch_count, pool);
+  }));
   py::list requests;
   for (const AttributeRequest& request : done.requests)
     requests.append(py::make_tuple(request.semantic, request.unique_id, int{uint16_t(request.component_type)},

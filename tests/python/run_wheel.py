@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Builds the wheel without a network, installs it into a fresh environment that sees the system's numpy, and runs it:
+"""Builds the wheel without a network, with and without the encoder. Installs each into a fresh environment that sees the
+system's numpy, and runs the tests with it:
 
   run_wheel.py --cmake COMMAND --compiler COMMAND --build FOLDER
 """
@@ -27,10 +28,11 @@ def run(*command, **environment):
     return done.stdout
 
 
-with tempfile.TemporaryDirectory() as name:
-    folder = pathlib.Path(name)
+def test_wheel(folder, encoder):
+    build = pathlib.Path(options.build) / f"encoder-{encoder.lower()}"
     run(sys.executable, "-m", "pip", "wheel", package, "--no-build-isolation", "--no-index", "--no-deps", "-w", folder,
-        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=options.build)
+        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=str(build),
+        PSPLIT_ENCODER=encoder)
     wheel, = folder.glob("psplit-*.whl")
     files = zipfile.ZipFile(wheel).namelist()
     for needed in ("psplit/__init__.py", "psplit/py.typed", "psplit/_native.pyi", "psplit/meshio_plugin.py"):
@@ -39,8 +41,14 @@ with tempfile.TemporaryDirectory() as name:
     venv.create(folder / "venv", system_site_packages=True, with_pip=False)
     python = folder / "venv" / "bin" / "python"
     run(sys.executable, "-m", "pip", "--python", python, "install", "--no-index", "--no-deps", wheel, PYTHONPATH="")
-    # The tests that need no reference, with the installed package. Its version is that of the project.
+    # The package is the installed one. Its version is that of the project.
     where = run(python, "-c", "import psplit; print(psplit.__file__, psplit.__version__)", PYTHONPATH="").split()
     if not where[0].startswith(str(folder)) or f"psplit-{where[1]}-" not in wheel.name:
         sys.exit(f"{wheel.name} was installed, and {' '.join(where)} was found")
-    print(run(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", tests, PYTHONPATH="", PYTHONDONTWRITEBYTECODE="1"))
+    print(f"PSPLIT_ENCODER={encoder}:", run(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", tests, PYTHONPATH="",
+                                            PYTHONDONTWRITEBYTECODE="1").splitlines()[-1])
+
+
+for encoder in ("OFF", "ON"):
+    with tempfile.TemporaryDirectory() as name:
+        test_wheel(pathlib.Path(name), encoder)

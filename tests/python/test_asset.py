@@ -48,6 +48,7 @@ def test_samples_of_the_extension(name):
         assert primitive.coding == "patches" and primitive.mode == 4 and primitive.elements is primitive.faces
 
 
+@pytest.mark.decoder
 @pytest.mark.parametrize("name", EXPECTED)
 def test_samples_without_load(name):
     document, buffer_view = parts_of(SAMPLES / name)
@@ -139,6 +140,13 @@ def test_missing_files(tmp_path):
     with pytest.raises(psplit.Error) as error:
         psplit.load(tmp_path / "fallback.gltf")
     assert error.value.code == "io"
+
+
+def test_threads():
+    with pytest.raises(ValueError, match="negative"):
+        psplit.load(SAMPLES / "seams.glb", threads=-1)
+    one, many = (psplit.load(SAMPLES / "seams.glb", threads=count).meshes[0].primitives[0] for count in (1, 3))
+    assert np.array_equal(one.points, many.points) and np.array_equal(one.faces, many.faces)
 
 
 def test_unicode_paths(tmp_path):

@@ -132,6 +132,17 @@ def test_attributes_that_are_not_wanted_may_be_left_out(container):
     assert list(mesh) == ["POSITION"]
 
 
+def test_more_patches_than_faces(container):
+    points, faces, *_ = torus(3, 3)
+    assert len(psplit.decode_container(*psplit.encode_container(points, faces, patches=1000)).faces) == len(faces)
+    with pytest.raises(ValueError, match="patches"):
+        psplit.encode_container(points, faces, patches=0)
+    with pytest.raises(ValueError, match="negative"):
+        psplit.encode_container(points, faces, patches=2, threads=-1)
+    with pytest.raises(ValueError, match="negative"):
+        psplit.decode_container(*container, threads=-1)
+
+
 def test_a_bare_container_says_what_to_call(container):
     with pytest.raises(psplit.Error, match="decode_container"):
         psplit.decode(container.data)
