@@ -8,7 +8,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from . import _native
-from ._errors import UnsupportedError
+from ._errors import InvalidInputError, UnsupportedError
 from ._input import BytesLike
 from ._mesh import Mesh
 
@@ -94,6 +94,10 @@ class Asset:
 
         Args:
             scene: the index of the scene; by default the asset's, or its first. An asset without scenes: all nodes.
+
+        Raises:
+            InvalidInputError: the matrix, rotation, scale or translation of a node is not as glTF has it.
+            IndexError: the asset has no such scene.
         """
         nodes = self.json.get("nodes", [])
         scenes = self.json.get("scenes", [])
@@ -102,16 +106,16 @@ class Asset:
         else:
             children = {child for node in nodes for child in node.get("children", [])}
             roots = [index for index in range(len(nodes)) if index not in children]
+        # `load` refused indices that do not exist, and nodes that are not a forest.
         instances: List[Instance] = []
-        seen = set()
         waiting = [(index, np.eye(4)) for index in reversed(roots)]
         while waiting:
             index, parent = waiting.pop()
-            if index in seen:  # a valid asset is a forest; nothing else may loop
-                continue
-            seen.add(index)
             node = nodes[index]
-            matrix = parent @ matrix_of(node)
+            try:
+                matrix = parent @ matrix_of(node)
+            except (TypeError, ValueError) as error:
+                raise InvalidInputError(f"node {index} has no valid place: {error}") from error
             if "mesh" in node:
                 instances.append(Instance(node["mesh"], matrix, index))
             waiting.extend((child, matrix) for child in reversed(node.get("children", [])))

@@ -1,7 +1,7 @@
 """Draco streams and containers to meshes."""
 from __future__ import annotations
 
-from typing import Any, Callable, Iterable, List, Mapping, Optional, Union
+from typing import Any, Callable, Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ._mesh import Mesh
 
 PATCHES = "PSPLIT_mesh_draco_patches"
 STOCK = "KHR_draco_mesh_compression"
+COMPONENT_TYPES = (5120, 5121, 5122, 5123, 5125, 5126)
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -125,21 +126,31 @@ def decode_container(data: BytesLike, attributes: Mapping[str, int], accessors: 
     """
     if extension not in (PATCHES, STOCK):
         raise Error(f"{extension!r} is none of {PATCHES} and {STOCK}", code="usage")
-    requests = []
-    point_count = 0
-    for name, unique_id in attributes.items():
-        if name not in accessors:
-            raise Error(f"no accessor for {name}", code="usage")
-        accessor = accessors[name]
-        kind = accessor.get("type")
-        if kind not in COMPONENTS:
-            raise Error(f"the accessor of {name} has the type {kind!r}", code="usage")
-        requests.append((name, unique_id, accessor["componentType"], COMPONENTS[kind],
-                         bool(accessor.get("normalized", False))))
-        point_count = point_count or accessor.get("count", 0)
-    index_count = accessors.get("indices", {}).get("count", 0)
+    requests = [_request_of(name, unique_id, accessors) for name, unique_id in attributes.items()]
+    point_count = max((_count_of(accessors, name) for name in attributes), default=0)
+    index_count = _count_of(accessors, "indices") if "indices" in accessors else 0
     return Mesh(*_native.decode_primitive(bytes_of(data), requests, extension == STOCK, point_count, index_count, threads,
                                           out))
+
+
+def _request_of(name: str, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> Tuple[str, int, int, int, bool]:
+    accessor = accessors.get(name)
+    if accessor is None:
+        raise Error(f"no accessor for {name}", code="usage")
+    if not isinstance(unique_id, int) or not 0 <= unique_id <= 0xFFFFFFFF:
+        raise Error(f"{name} has the unique id {unique_id!r}", code="usage")
+    component_type, kind = accessor.get("componentType"), accessor.get("type")
+    if component_type not in COMPONENT_TYPES or kind not in COMPONENTS:
+        raise Error(f"the accessor of {name} has the componentType {component_type!r} and the type {kind!r}", code="usage")
+    return name, unique_id, component_type, COMPONENTS[kind], bool(accessor.get("normalized", False))
+
+
+def _count_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> int:
+    """The count of an accessor; 0 if it has none."""
+    count = accessors[name].get("count", 0)
+    if not isinstance(count, int) or not 0 <= count <= 0xFFFFFFFF:
+        raise Error(f"the accessor of {name} has the count {count!r}", code="usage")
+    return count
 
 
 def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buffer_view: Callable[[int], Any], *,
@@ -160,20 +171,20 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
     Raises:
         What `decode_container` raises; InvalidInputError if the JSON lacks something.
     """
-    extensions = primitive.get("extensions", {})
-    extension = next((name for name in (PATCHES, STOCK) if name in extensions), None)
-    if extension is None:
-        return None
     try:
+        extensions = primitive.get("extensions", {})
+        extension = next((name for name in (PATCHES, STOCK) if name in extensions), None)
+        if extension is None:
+            return None
         stored = extensions[extension]
         indices = {name: primitive["attributes"][name] for name in stored["attributes"]}
         if "indices" in primitive:
             indices["indices"] = primitive["indices"]
         accessors = {name: gltf["accessors"][index] for name, index in indices.items()}
-        data = buffer_view(stored["bufferView"])
-        return decode_container(data, stored["attributes"], accessors, extension=extension, threads=threads)
-    except (KeyError, IndexError) as error:
-        raise InvalidInputError(f"the JSON of the primitive has no {error}") from error
+        attributes, view = stored["attributes"], stored["bufferView"]
+    except (KeyError, IndexError, TypeError, AttributeError) as error:
+        raise InvalidInputError(f"the JSON of the primitive is not as glTF has it: {error!r}") from error
+    return decode_container(buffer_view(view), attributes, accessors, extension=extension, threads=threads)
 
 
 def release_scratch() -> None:

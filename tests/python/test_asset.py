@@ -142,6 +142,32 @@ def test_missing_files(tmp_path):
     assert error.value.code == "io"
 
 
+@pytest.mark.parametrize("change", [
+    {"nodes": [{"mesh": 0, "children": [7]}]}, {"nodes": [{"mesh": 3}]}, {"nodes": [{"children": [1]}, {"children": [0]}]},
+    {"nodes": 5}, {"scenes": [{"nodes": ["a"]}], "nodes": [{}]}, {"scenes": [{"nodes": [1]}], "nodes": [{}]}, {"scene": 2},
+    {"scene": "a", "scenes": [{}]}, {"materials": 3}, {"nodes": [3]}, {"scenes": [3]}])
+def test_broken_trees(change):
+    """`load` refuses them, or `instances` has nothing to stumble over."""
+    try:
+        psplit.load(gltf(**{**triangles(1), **change})).instances()
+    except psplit.InvalidInputError:
+        pass
+
+
+def test_materials_that_do_not_exist():
+    members = triangles(1)
+    members["meshes"][0]["primitives"][0]["material"] = 3
+    with pytest.raises(psplit.InvalidInputError, match="material"):
+        psplit.load(gltf(**members))
+
+
+@pytest.mark.parametrize("node", [{"matrix": [1]}, {"rotation": 3}, {"rotation": [1, 2, 3]}, {"translation": "far"}])
+def test_nodes_without_a_place(node):
+    asset = psplit.load(gltf(**triangles(1), nodes=[{"mesh": 0, **node}]))
+    with pytest.raises(psplit.InvalidInputError, match="node 0"):
+        asset.instances()
+
+
 def test_threads():
     with pytest.raises(ValueError, match="negative"):
         psplit.load(SAMPLES / "seams.glb", threads=-1)
@@ -161,6 +187,9 @@ def test_what_decode_primitive_needs():
     assert psplit.decode_primitive(document, {"attributes": primitive["attributes"]}, buffer_view) is None
     with pytest.raises(psplit.InvalidInputError, match="JSON"):
         psplit.decode_primitive({}, primitive, buffer_view)
+    for broken in ({"attributes": 3}, {"extensions": 3}, {"indices": "a"}, {"extensions": {"KHR_draco_mesh_compression": 1}}):
+        with pytest.raises(psplit.InvalidInputError, match="JSON"):
+            psplit.decode_primitive(document, {**primitive, **broken}, buffer_view)
 
 
 def test_corpus(corpus, reference):

@@ -157,11 +157,19 @@ def test_errors_of_containers_name_the_patch(container):
 
 
 @pytest.mark.parametrize("accessors", [{}, {"POSITION": {"componentType": 5126, "type": "VEC9"}},
-                                       {"POSITION": {"componentType": 7, "type": "VEC3"}},
+                                       {"POSITION": {"componentType": 7, "type": "VEC3"}}, {"POSITION": {"type": "VEC3"}},
+                                       {"POSITION": {"componentType": 5126, "type": "VEC3", "count": -1}},
+                                       {"POSITION": {"componentType": 5126, "type": "VEC3"}, "indices": {"count": "many"}},
                                        {"POSITION": {"componentType": 5126, "type": "VEC3", "count": 3}}])
 def test_accessors_that_do_not_fit(container, accessors):
     with pytest.raises(psplit.Error):
         psplit.decode_container(container.data, {"POSITION": 0}, accessors)
+
+
+@pytest.mark.parametrize("unique_id", [9, -1, 2**32, "0", None])
+def test_attributes_that_do_not_exist(container, unique_id):
+    with pytest.raises(psplit.Error):
+        psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
 
 
 def test_every_truncation_of_a_container(container):
