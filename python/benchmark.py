@@ -27,7 +27,7 @@ import time
 root = pathlib.Path(__file__).resolve().parents[1]
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("--build", type=pathlib.Path, default=root / "build" / "release")
-parser.add_argument("--mesh", type=pathlib.Path, default=root.parent / "shared" / "corpus" / "mesh" / "dra" / "dragon_vrip.ply.gz")
+parser.add_argument("--mesh", type=pathlib.Path, default=root.parent / "shared/corpus/mesh/dra/dragon_vrip.ply.gz")
 parser.add_argument("--rounds", type=int, default=15)
 parser.add_argument("--level", type=int, default=7, help="draco_encoder's compression level")
 options = parser.parse_args()
@@ -43,8 +43,9 @@ def encoded(mesh):
         folder = pathlib.Path(name)
         content = mesh.read_bytes()
         (folder / "in.ply").write_bytes(gzip.decompress(content) if mesh.suffix == ".gz" else content)
-        subprocess.run(["draco_encoder", "-i", folder / "in.ply", "-o", folder / "out.drc", "-qp", "14", "-cl", str(options.level),
-                        "--skip", "NORMAL", "--skip", "TEX_COORD", "--skip", "GENERIC"], check=True, capture_output=True)
+        subprocess.run(["draco_encoder", "-i", folder / "in.ply", "-o", folder / "out.drc", "-qp", "14",
+                        "-cl", str(options.level), "--skip", "NORMAL", "--skip", "TEX_COORD", "--skip", "GENERIC"],
+                       check=True, capture_output=True)
         return (folder / "out.drc").read_bytes()
 
 

@@ -6,7 +6,7 @@ from typing import Any, Callable, Iterable, List, Mapping, Optional, Tuple, Unio
 import numpy as np
 
 from . import _native
-from ._errors import Error, InvalidInputError, UnsupportedError
+from ._errors import Error, InvalidInputError
 from ._input import BytesLike, bytes_of, is_container, is_draco, is_gltf
 from ._mesh import Mesh
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _native
 from ._decode import COMPONENTS
-from ._errors import Error, UnsupportedError
+from ._errors import UnsupportedError
 
 
 class Container(NamedTuple):

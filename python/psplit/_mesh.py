@@ -1,7 +1,7 @@
 """Decoded meshes."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional
 
 import numpy as np
 

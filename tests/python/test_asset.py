@@ -74,9 +74,11 @@ def triangles(count):
     """An asset with `count` plain primitives of one triangle."""
     data = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tobytes()
     return {
-        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
+        "buffers": [{"byteLength": len(data),
+                     "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
         "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3, "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3,
+                       "min": [0, 0, 0], "max": [1, 1, 0]}],
         "meshes": [{"name": f"mesh {i}", "primitives": [{"attributes": {"POSITION": 0}}]} for i in range(count)]}
 
 
@@ -95,7 +97,8 @@ def test_plain_primitives_and_their_elements():
     asset = psplit.load(gltf(**members))
     face, lines, dots = (mesh.primitives[0] for mesh in asset.meshes)
     assert face.faces.tolist() == [[0, 1, 2]] and face.coding == "plain" and face.material == {"name": "red"}
-    assert np.array_equal(face.targets[0]["POSITION"], face.points) and not np.shares_memory(face.targets[0]["POSITION"], face.points)
+    target = face.targets[0]["POSITION"]
+    assert np.array_equal(target, face.points) and not np.shares_memory(target, face.points)
     assert lines.elements.tolist() == [[0, 1], [1, 2]] and lines.faces.shape == (0, 3) and lines.mode == 3
     assert dots.elements.tolist() == [[0], [1], [2]] and dots.material is None and dots.targets == []
     assert [mesh.name for mesh in asset.meshes] == ["mesh 0", "mesh 1", "mesh 2"]
