@@ -1,6 +1,7 @@
 """Arrays to Draco streams and containers."""
 from __future__ import annotations
 
+import struct
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -41,7 +42,9 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
         quantization_range: the edge of the cube in which points are quantized; -1 takes the largest extent.
         quantization_origin: the corner of the cube, three floats; by default the least coordinates. No point may be
             outside of the cube.
-        create_metadata: not supported.
+        create_metadata: add the metadata that DracoPy adds: "quantization_bits" (int32) and, if a grid was chosen,
+            "quantization_range" (double) and "quantization_origin" (three doubles). The stream has its grid in any case:
+            `Attribute.origin`, `range` and `bits`.
         preserve_order: keep the order of points and faces. The stream is several times as large.
         colors: (points, 3) or (points, 4) of uint8 or uint16, kept exactly.
         tex_coord: (points, 2) floats, quantized to `texcoord_bits`.
@@ -54,7 +57,7 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
         has an order of its own.
 
     Raises:
-        NotImplementedError: point clouds (faces=None), and create_metadata.
+        NotImplementedError: point clouds (faces=None), integer points of 24 bits or more.
         InvalidInputError: indices out of range, points that are not finite or outside of the cube, no faces.
         UnsupportedError: this psplit was built without libdraco, which the encoder needs.
         ValueError: arrays of another shape, numbers out of range.
@@ -62,12 +65,16 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
     The interpreter's lock is released. Thread-safe.
     """
     mesh = _arrays_of(points, faces, colors, tex_coord, normals)
-    if create_metadata:
-        raise NotImplementedError("psplit writes no metadata: the grid of a stream is in the stream itself, and "
-                                  "psplit.decode gives it as origin, range and bits of the attribute")
     grid = _grid_of(points, quantization_bits, quantization_range, quantization_origin)
-    return _native.encode(*mesh, *_bits(grid, normal_bits, texcoord_bits), *grid[1:], _speed(compression_level),
-                          bool(preserve_order))
+    stream = _native.encode(*mesh, *_bits(grid, normal_bits, texcoord_bits), *grid[1:], _speed(compression_level),
+                            bool(preserve_order))
+    if not create_metadata:
+        return stream
+    bits, origin, extent = grid
+    entries = {"quantization_bits": struct.pack("<i", bits)}
+    if origin:
+        entries.update(quantization_range=struct.pack("<d", extent), quantization_origin=struct.pack("<3d", *origin))
+    return _with_metadata(stream, entries)
 
 
 def encode_container(points: Any, faces: Any, *, patches: int, quantization_bits: int = 14, compression_level: int = 5,
@@ -99,6 +106,17 @@ def encode_container(points: Any, faces: Any, *, patches: int, quantization_bits
         for name, _, kind, count, normalized in requests}
     accessors["indices"] = {"componentType": 5125, "type": "SCALAR", "count": 3 * face_count}
     return Container(data, {name: unique_id for name, unique_id, *_ in requests}, accessors)
+
+
+def _with_metadata(stream: bytes, entries: Dict[str, bytes]) -> bytes:
+    """The stream with metadata of the geometry behind its header (Draco bitstream specification, "metadata"). Names and
+    values are shorter than 128 bytes, so that each length is one byte."""
+    header = struct.Struct("<5s4BH")  # "DRACO", two of the version, kind, method, flags
+    *front, flags = header.unpack_from(stream)
+    no_attributes, no_parts = b"\0", b"\0"
+    listed = b"".join(bytes([len(name)]) + name.encode() + bytes([len(value)]) + value for name, value in entries.items())
+    return (header.pack(*front, flags | 0x8000) + no_attributes + bytes([len(entries)]) + listed + no_parts
+            + stream[header.size:])
 
 
 def _arrays_of(points: Any, faces: Any, colors: Any, tex_coord: Any,

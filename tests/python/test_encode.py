@@ -1,4 +1,6 @@
 """psplit.encode makes streams of libdraco, within the precision that it promises."""
+import struct
+
 import numpy as np
 import psplit
 import pytest
@@ -57,6 +59,20 @@ def test_a_range_without_an_origin_and_the_reverse():
     assert position.origin.tolist() == [-8, -8, -8] and position.range == np.float32((POINTS + 8).max())
 
 
+def test_metadata_of_the_grid(reference):
+    stream = psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4), create_metadata=True)
+    mesh = psplit.decode(stream)
+    assert set(mesh.metadata.entries) == {"quantization_bits", "quantization_range", "quantization_origin"}
+    assert struct.unpack("<i", mesh.metadata["quantization_bits"]) == (12,)
+    assert struct.unpack("<d", mesh.metadata["quantization_range"]) == (8,)
+    assert struct.unpack("<3d", mesh.metadata["quantization_origin"]) == (-4, -4.5, -4)
+    expect_libdraco(reference, mesh, stream)  # which reads the metadata, too
+    plain = psplit.decode(psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4)))
+    assert np.array_equal(mesh.points, plain.points) and plain.metadata is None
+    fitted = psplit.decode(psplit.encode(POINTS, FACES, create_metadata=True))
+    assert fitted.metadata.entries == {"quantization_bits": struct.pack("<i", 14)}
+
+
 def test_points_outside_of_the_grid_are_refused():
     with pytest.raises(psplit.InvalidInputError, match="outside"):
         psplit.encode(POINTS, FACES, quantization_range=1.0, quantization_origin=[0, 0, 0])
@@ -85,8 +101,6 @@ def test_lists_and_flat_lists():
 def test_what_cannot_be_served():
     with pytest.raises(NotImplementedError, match="point clouds"):
         psplit.encode(POINTS)
-    with pytest.raises(NotImplementedError, match="metadata"):
-        psplit.encode(POINTS, FACES, create_metadata=True)
 
 
 @pytest.mark.parametrize("change", [
