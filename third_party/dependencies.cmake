@@ -98,6 +98,31 @@ if(PSPLIT_BUILD_TOOLS)
   target_link_libraries(psplit_zstd_package INTERFACE ${ZSTD_LIBRARY})
 endif()
 
+if(PSPLIT_BUILD_PYTHON)
+  # Python and pybind11 2.10: the Python package. By default it is built for the first interpreter that has numpy.
+  set(PSPLIT_PYTHON "" CACHE FILEPATH "The Python that the package is built for; empty: the first that has numpy")
+  if(NOT PSPLIT_PYTHON)
+    foreach(candidate python3 /usr/bin/python3)
+      execute_process(COMMAND ${candidate} -c "import numpy, sys; print(sys.executable)" OUTPUT_VARIABLE found
+                      ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
+      if(failed EQUAL 0)
+        set_property(CACHE PSPLIT_PYTHON PROPERTY VALUE ${found})
+        break()
+      endif()
+    endforeach()
+    if(NOT PSPLIT_PYTHON)
+      message(FATAL_ERROR "PSPLIT_BUILD_PYTHON needs a Python that has numpy; -DPSPLIT_PYTHON=FILE says where it is")
+    endif()
+  endif()
+  set(Python_EXECUTABLE ${PSPLIT_PYTHON})
+  find_package(Python 3.8 REQUIRED COMPONENTS Interpreter Development.Module)
+  # Debian's pybind11 lies where CMake looks; pip's says where it lies.
+  execute_process(COMMAND ${PSPLIT_PYTHON} -m pybind11 --cmakedir OUTPUT_VARIABLE pybind11_of_python
+                  ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+  find_package(pybind11 2.10 REQUIRED CONFIG HINTS ${pybind11_of_python})
+  message(STATUS "Python package: for ${PSPLIT_PYTHON}")
+endif()
+
 if(PSPLIT_BUILD_TESTS)
   # An installed GoogleTest works only with the standard library that it was built with.
   set(PSPLIT_GOOGLETEST "" CACHE PATH "GoogleTest's sources, to build it with this build's flags; empty for an installed one")

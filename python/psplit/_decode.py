@@ -1,0 +1,192 @@
+"""Draco streams and containers to meshes."""
+from __future__ import annotations
+
+from typing import Any, Callable, Iterable, List, Mapping, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from ._errors import Error, InvalidInputError
+from ._input import BytesLike, bytes_of, is_container, is_draco, is_gltf
+from ._mesh import Mesh
+
+PATCHES = "PSPLIT_mesh_draco_patches"
+STOCK = "KHR_draco_mesh_compression"
+COMPONENT_TYPES = (5120, 5121, 5122, 5123, 5125, 5126)
+COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+
+def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
+           out: Optional[Mapping[Union[str, int], np.ndarray]] = None) -> Mesh:
+    """Decodes one mesh or point cloud.
+
+    Args:
+        data: a Draco stream (the content of a .drc file) of a mesh or a point cloud, or a glTF asset (.glb, .gltf) with
+            one primitive. As bytes, bytearray, memoryview, mmap, a contiguous array, or as the path of a file
+            (str, os.PathLike). Bytes must not change meanwhile.
+        quantized: give the integers of the stream instead of values: places on the grid of quantized attributes
+            (`Attribute.origin`, `range`, `bits`), int32 of (points, components); coordinates on the octahedron of
+            normals, int32 of (points, 2). Only for Draco streams.
+        threads: at most so many threads; 0: all of the machine. One Draco stream takes one thread, the patches of an
+            asset take several. `decode_many` decodes many streams at once.
+        out: arrays to fill, by the name or the unique id of an attribute, and "faces". They must have the exact shape
+            and dtype of the result, be C-contiguous and writable. What is not in `out` gets a new array. Only for
+            Draco streams. After an error they hold anything.
+
+    Returns:
+        A `Mesh`, with faces (faces, 3) uint32 and arrays of (points, components) in the stream's types. They equal
+        those of libdraco to the bit, in the same order. Nothing is copied.
+
+    Raises:
+        InvalidInputError: the data are malformed.
+        UnsupportedError: a Draco bitstream before 2.2, and others that psplit does not decode.
+        Error: arrays in `out` that do not fit (code "usage"); a container, which `decode_container` decodes; an asset
+            that has not one primitive, which `load` reads.
+        TypeError: `data` is neither bytes-like nor a path.
+        OSError: the file cannot be read.
+
+    The interpreter's lock is released. Thread-safe.
+    """
+    source = data
+    data = bytes_of(data)
+    if is_draco(data):
+        return Mesh(*_native.decode(data, quantized, out))
+    if is_container(data):
+        raise Error("this is a container of PSPLIT_mesh_draco_patches, whose attributes are in the JSON of its asset: "
+                    "psplit.load decodes an asset, psplit.decode_container a container with that JSON", code="usage")
+    if not is_gltf(data):
+        raise InvalidInputError("neither a Draco stream nor glTF")
+    if quantized or out is not None:
+        raise Error("quantized and out are for Draco streams, and this is glTF", code="usage")
+    from ._asset import load
+    primitives = [primitive for mesh in load(source, threads=threads).meshes for primitive in mesh.primitives]
+    if len(primitives) != 1:
+        raise Error(f"the asset has {len(primitives)} primitives; psplit.load gives all of them", code="usage")
+    return primitives[0]
+
+
+def decode_many(data: Iterable[BytesLike], *, quantized: bool = False, threads: int = 0,
+                return_exceptions: bool = False) -> List[Any]:
+    """Decodes many meshes at once, on all threads.
+
+    Args:
+        data: what `decode` takes, any number of them. Files that are named are read one after the other.
+        quantized: see `decode`.
+        threads: at most so many threads; 0: all of the machine.
+        return_exceptions: put the exception of an item in its place, as asyncio.gather does. Otherwise the first one
+            is raised once all items are decoded.
+
+    Returns:
+        A list with a `Mesh` for each item, in their order.
+
+    Raises:
+        What `decode` raises.
+    """
+    results: List[Any] = []
+    streams, places = [], []
+    for item in data:
+        results.append(None)
+        try:
+            content = bytes_of(item)
+            if is_draco(content):
+                streams.append(content)
+                places.append(len(results) - 1)
+            else:
+                results[-1] = decode(item if content is not item else content, quantized=quantized, threads=threads)
+        except (Error, OSError, TypeError) as error:
+            results[-1] = error
+    for place, result in zip(places, _native.decode_many(streams, quantized, threads)):
+        results[place] = result if isinstance(result, BaseException) else Mesh(*result)
+    if not return_exceptions:
+        for result in results:
+            if isinstance(result, BaseException):
+                raise result
+    return results
+
+
+def decode_container(data: BytesLike, attributes: Mapping[str, int], accessors: Mapping[str, Mapping[str, Any]], *,
+                     extension: str = PATCHES, threads: int = 0,
+                     out: Optional[Mapping[Union[str, int], np.ndarray]] = None) -> Mesh:
+    """Decodes the bytes of a compressed primitive, of which the caller has the JSON.
+
+    Args:
+        data: the bytes of the extension's buffer view, or the path of a file that has them.
+        attributes: the extension's `attributes`: unique ids by name. Those that are not wanted may be left out.
+        accessors: by the same names, the accessors of the primitive, as glTF has them: `componentType`, `type`, and
+            perhaps `normalized` and `count`; also that of "indices", whose count is checked.
+        extension: "PSPLIT_mesh_draco_patches", or "KHR_draco_mesh_compression" for a Draco stream.
+        threads: at most so many threads; 0: all of the machine.
+        out: see `decode`.
+
+    Returns:
+        A `Mesh`, whose arrays have the types of the accessors.
+
+    Raises:
+        What `decode` raises. `Error.patch` is the number of the patch with the error.
+    """
+    if extension not in (PATCHES, STOCK):
+        raise Error(f"{extension!r} is none of {PATCHES} and {STOCK}", code="usage")
+    requests = [_request_of(name, unique_id, accessors) for name, unique_id in attributes.items()]
+    point_count = max((_count_of(accessors, name) for name in attributes), default=0)
+    index_count = _count_of(accessors, "indices") if "indices" in accessors else 0
+    return Mesh(*_native.decode_primitive(bytes_of(data), requests, extension == STOCK, point_count, index_count, threads,
+                                          out))
+
+
+def _request_of(name: str, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> Tuple[str, int, int, int, bool]:
+    accessor = accessors.get(name)
+    if accessor is None:
+        raise Error(f"no accessor for {name}", code="usage")
+    if not isinstance(unique_id, int) or not 0 <= unique_id <= 0xFFFFFFFF:
+        raise Error(f"{name} has the unique id {unique_id!r}", code="usage")
+    component_type, kind = accessor.get("componentType"), accessor.get("type")
+    if component_type not in COMPONENT_TYPES or kind not in COMPONENTS:
+        raise Error(f"the accessor of {name} has the componentType {component_type!r} and the type {kind!r}", code="usage")
+    return name, unique_id, component_type, COMPONENTS[kind], bool(accessor.get("normalized", False))
+
+
+def _count_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> int:
+    """The count of an accessor; 0 if it has none."""
+    count = accessors[name].get("count", 0)
+    if not isinstance(count, int) or not 0 <= count <= 0xFFFFFFFF:
+        raise Error(f"the accessor of {name} has the count {count!r}", code="usage")
+    return count
+
+
+def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buffer_view: Callable[[int], Any], *,
+                     threads: int = 0) -> Optional[Mesh]:
+    """Decodes a primitive for a program that has the JSON of its asset and reads the buffers itself.
+
+    It needs no libdraco. `load` is simpler where it is available.
+
+    Args:
+        gltf: the JSON of the asset.
+        primitive: one of `gltf["meshes"][i]["primitives"]`.
+        buffer_view: returns the bytes of a buffer view, given its index.
+        threads: at most so many threads; 0: all of the machine.
+
+    Returns:
+        A `Mesh` with the attributes that the extension stores, or None if the primitive is not compressed.
+
+    Raises:
+        What `decode_container` raises; InvalidInputError if the JSON lacks something.
+    """
+    try:
+        extensions = primitive.get("extensions", {})
+        extension = next((name for name in (PATCHES, STOCK) if name in extensions), None)
+        if extension is None:
+            return None
+        stored = extensions[extension]
+        indices = {name: primitive["attributes"][name] for name in stored["attributes"]}
+        if "indices" in primitive:
+            indices["indices"] = primitive["indices"]
+        accessors = {name: gltf["accessors"][index] for name, index in indices.items()}
+        attributes, view = stored["attributes"], stored["bufferView"]
+    except (KeyError, IndexError, TypeError, AttributeError) as error:
+        raise InvalidInputError(f"the JSON of the primitive is not as glTF has it: {error!r}") from error
+    return decode_container(buffer_view(view), attributes, accessors, extension=extension, threads=threads)
+
+
+def release_scratch() -> None:
+    """Frees the memory that threads keep from one call to the next. Thread-safe."""
+    _native.release_scratch()

@@ -1,0 +1,49 @@
+"""The exceptions of psplit."""
+from __future__ import annotations
+
+from typing import Optional
+
+
+class Error(ValueError):
+    """What cannot be decoded or encoded, and where.
+
+    Attributes:
+        code: "invalid_input", "unsupported", "usage", "io", "runtime_failure" or "may_pass".
+        patch: the number of the patch in its container, or None.
+        mesh, primitive: the indices of a glTF primitive, or None.
+    """
+
+    code = "runtime_failure"
+
+    def __init__(self, message: str, *, code: Optional[str] = None, patch: Optional[int] = None,
+                 mesh: Optional[int] = None, primitive: Optional[int] = None) -> None:
+        super().__init__(message)
+        self.code = code or type(self).code
+        self.patch = patch
+        self.mesh = mesh
+        self.primitive = primitive
+
+    def __reduce__(self):  # so that it passes between processes
+        return _unpickled, (type(self), str(self), self.code, self.patch, self.mesh, self.primitive)
+
+
+class InvalidInputError(Error):
+    """Data that are malformed, or that contradict themselves."""
+
+    code = "invalid_input"
+
+
+class UnsupportedError(Error):
+    """Valid data that psplit does not support, such as Draco bitstreams before 2.2."""
+
+    code = "unsupported"
+
+
+def error_of(code: str, message: str, patch: Optional[int], mesh: Optional[int], primitive: Optional[int]) -> Error:
+    """The exception for an error of the module in C++."""
+    kind = {"invalid_input": InvalidInputError, "unsupported": UnsupportedError}.get(code, Error)
+    return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)
+
+
+def _unpickled(kind, message, code, patch, mesh, primitive):
+    return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)

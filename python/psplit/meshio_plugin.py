@@ -1,0 +1,68 @@
+"""Lets meshio read and write Draco files.
+
+    import psplit.meshio_plugin
+    psplit.meshio_plugin.register()
+    mesh = meshio.read("bunny.drc")
+
+Attributes but the positions are point data by their names in glTF. Faces are cells "triangle"; the points of a point cloud
+are cells "vertex". Writing needs psplit's encoder, and takes the parameters of `psplit.encode`.
+"""
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from . import _decode, _encode
+from ._errors import Error
+
+_PARAMETERS = {"NORMAL": "normals", "TEXCOORD_0": "tex_coord", "COLOR_0": "colors"}
+
+
+def register() -> None:
+    """Registers the format "draco" for .drc. ImportError: meshio is missing."""
+    import meshio
+
+    meshio.register_format("draco", [".drc"], read, {"draco": write})
+
+
+def read(file: Any) -> Any:
+    """Reads a Draco file (a path, or a file that is open for bytes) as a `meshio.Mesh`."""
+    import meshio
+
+    try:
+        mesh = _decode.decode(file.read() if hasattr(file, "read") else file)
+    except Error as error:
+        raise meshio.ReadError(str(error)) from error
+    cells = [("triangle", mesh.faces)] if mesh.coding[:5] != "cloud" else \
+        [("vertex", np.arange(mesh.point_count).reshape(-1, 1))]
+    return meshio.Mesh(mesh.points, cells, point_data={name: mesh[name] for name in mesh if name != "POSITION"})
+
+
+def write(file: Any, mesh: Any, **parameters: Any) -> None:
+    """Writes the triangles of a `meshio.Mesh` as a Draco file. Warns about data that Draco files of psplit cannot have."""
+    import meshio
+
+    others = sorted({cells.type for cells in mesh.cells} - {"triangle"})
+    if others:
+        raise meshio.WriteError(f"psplit writes triangles, and the mesh has cells of {', '.join(others)}")
+    faces = [cells.data for cells in mesh.cells]
+    points = np.asarray(mesh.points)
+    if points.shape[1] == 2:  # meshio has meshes in the plane
+        points = np.column_stack([points, np.zeros(len(points))])
+    left_out = sorted(set(mesh.point_data) - set(_PARAMETERS)) + sorted(mesh.cell_data)
+    if left_out:
+        warnings.warn(f"psplit does not write the data {', '.join(left_out)}", stacklevel=2)
+    for name, parameter in _PARAMETERS.items():
+        if name in mesh.point_data:
+            parameters.setdefault(parameter, mesh.point_data[name])
+    try:
+        stream = _encode.encode(points, np.concatenate(faces) if faces else np.zeros((0, 3), np.uint32), **parameters)
+    except Error as error:
+        raise meshio.WriteError(str(error)) from error
+    if hasattr(file, "write"):
+        file.write(stream)
+        return
+    with open(file, "wb") as opened:
+        opened.write(stream)

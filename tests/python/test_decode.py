@@ -1,0 +1,289 @@
+"""psplit.decode gives libdraco's values, in numpy arrays."""
+import copy
+import gc
+import mmap
+import os
+import pathlib
+import pickle
+
+import numpy as np
+import psplit
+import pytest
+from conftest import encode_with_draco, expect_libdraco, torus
+
+POINTS, FACES, NORMALS, TEX_COORD = torus(20, 30)
+
+
+def test_result_is_that_of_libdraco(reference, stream):
+    mesh = psplit.decode(stream)
+    assert list(mesh) == ["POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"]
+    assert mesh.coding == "edgebreaker" and len(mesh.faces) > 0
+    expect_libdraco(reference, mesh, stream)
+
+
+@pytest.mark.parametrize("level", [0, 1, 5, 7, 10])
+def test_streams_of_draco_encoder(reference, tmp_path, level):
+    stream = encode_with_draco(tmp_path, "-cl", str(level), points=POINTS, faces=FACES)
+    mesh = psplit.decode(stream)
+    assert len(mesh.faces) == len(FACES)
+    expect_libdraco(reference, mesh, stream)
+
+
+@pytest.mark.parametrize("options", [["-cl", "0"], ["-cl", "7"], ["-cl", "10", "-qp", "14"], ["-cl", "0", "-qp", "0"]])
+def test_point_clouds(reference, tmp_path, options):
+    colors = np.arange(POINTS.size, dtype=np.uint8).reshape(-1, 3)
+    stream = encode_with_draco(tmp_path, "-point_cloud", *options, points=POINTS, colors=colors)
+    mesh = psplit.decode(stream)
+    assert mesh.coding.startswith("cloud-")
+    assert mesh.faces.shape == (0, 3) and mesh.points.shape == POINTS.shape and mesh.colors.shape == colors.shape
+    expect_libdraco(reference, mesh, stream)
+
+
+def test_quantized_values_are_places_on_the_grid(reference, stream):
+    mesh, values = psplit.decode(stream, quantized=True), psplit.decode(stream)
+    for name in ("POSITION", "TEXCOORD_0"):
+        attribute = mesh.attributes[name]
+        assert attribute.are_integers and attribute.values.dtype == np.int32 and attribute.origin.dtype == np.float32
+        assert attribute.values.min() >= 0 and attribute.values.max() < 2**attribute.bits
+        step = np.float32(attribute.range) / np.float32(2**attribute.bits - 1)
+        assert np.array_equal(attribute.values.astype(np.float32) * step + attribute.origin, values[name])
+    normal = mesh.attributes["NORMAL"]
+    assert normal.values.shape == (mesh.point_count, 2) and normal.bits == 10 and normal.origin is None
+    assert np.array_equal(mesh.colors, values.colors) and mesh.colors.dtype == np.int32
+    expect_libdraco(reference, mesh, stream, quantized=True)
+
+
+def test_corpus(reference, corpus):
+    decoded = 0
+    for path in sorted(corpus.rglob("*.drc")):
+        try:
+            mesh = psplit.decode(path)
+        except psplit.UnsupportedError as error:
+            assert "bitstream" in str(error)  # before 2.2
+            continue
+        expect_libdraco(reference, mesh, path.read_bytes())
+        decoded += 1
+    assert decoded > 3
+
+
+def test_description_of_attributes(stream):
+    mesh = psplit.decode(stream)
+    position, color = mesh.attributes["POSITION"], mesh.attributes["COLOR_0"]
+    assert (position.bits, color.bits) == (14, 0)
+    assert position.origin.shape == (3,) and position.range > 0 and color.origin is None
+    assert color.values.dtype == np.uint8 and color.normalized and not position.normalized
+    assert np.array_equal(mesh.by_id(position.unique_id), mesh.points)
+    with pytest.raises(KeyError):
+        mesh.by_id(77)
+    with pytest.raises(KeyError):
+        mesh["TANGENT"]
+    assert mesh.get("TANGENT") is None and "NORMAL" in mesh and len(mesh) == 4
+    assert set(dict(mesh)) == set(mesh.attributes)
+    assert mesh.normals is mesh["NORMAL"] and mesh.tex_coord is mesh["TEXCOORD_0"] and mesh.colors is mesh["COLOR_0"]
+
+
+def test_metadata(tmp_path):
+    (tmp_path / "in.obj").write_text("o part\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\no other\nf 1 3 4\n")
+    out = tmp_path / "out.drc"
+    status = os.system(f"draco_encoder --metadata -i {tmp_path}/in.obj -o {out} >/dev/null")
+    if status != 0:
+        pytest.skip("draco_encoder is not installed")
+    mesh = psplit.decode(out)
+    described = [attribute for attribute in mesh.attributes.values() if attribute.metadata is not None]
+    assert [attribute.metadata["name"] for attribute in described] == [b"sub_obj"]
+    assert set(described[0].metadata.entries) == {"name", "part", "other"}
+    assert described[0].metadata.parts == {} and "name" in described[0].metadata
+
+
+# Where the bytes are.
+
+
+@pytest.mark.parametrize("kind", [bytes, bytearray, memoryview, lambda b: np.frombuffer(b, np.uint8),
+                                  lambda b: np.frombuffer(b + bytes(-len(b) % 4), np.uint32)])
+def test_kinds_of_bytes(stream, kind):
+    assert np.array_equal(psplit.decode(kind(stream)).points, psplit.decode(stream).points)
+
+
+def test_mapped_file(stream, tmp_path):
+    (tmp_path / "a.drc").write_bytes(stream)
+    with open(tmp_path / "a.drc", "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped:
+        mesh = psplit.decode(mapped)
+    assert np.array_equal(mesh.points, psplit.decode(stream).points)
+
+
+@pytest.mark.parametrize("name", ["a.drc", "Käfer 甲虫 🪲.drc", "no_extension"])
+def test_paths(stream, tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(stream)
+    for named in (path, str(path)):
+        assert np.array_equal(psplit.decode(named).faces, psplit.decode(stream).faces)
+
+
+def test_bytes_may_change_afterwards(stream):
+    data = bytearray(stream)
+    mesh = psplit.decode(data)
+    before = mesh.points.copy()
+    data[:] = bytes(len(data))
+    data.clear()  # a buffer that is still held could not be resized
+    assert np.array_equal(mesh.points, before)
+
+
+# Whose memory it is.
+
+
+def test_arrays_outlive_the_mesh(stream):
+    mesh = psplit.decode(stream)
+    points, faces, expected = mesh.points, mesh.faces[5:], (mesh.points.copy(), mesh.faces[5:].copy())
+    del mesh
+    gc.collect()
+    rest = [psplit.decode(stream) for _ in range(20)]  # takes memory that was given back
+    assert np.array_equal(points, expected[0]) and np.array_equal(faces, expected[1])
+    assert all(not np.shares_memory(points, other.points) for other in rest)
+
+
+def test_arrays_are_writable_and_apart(stream):
+    mesh = psplit.decode(stream)
+    for array in [mesh.faces, *dict(mesh).values()]:
+        assert array.flags.writeable and array.flags.c_contiguous and array.flags.aligned
+    before = psplit.decode(stream)
+    mesh.points[:] = 7
+    assert np.array_equal(before.normals, mesh.normals) and (mesh.points == 7).all()
+    assert not (before.points == 7).all()
+
+
+def test_memory_is_given_back(large_stream):
+    def resident():
+        return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    if not pathlib.Path("/proc/self/statm").exists():
+        pytest.skip("no /proc")
+    for _ in range(3):
+        psplit.decode(large_stream)
+    before = resident()
+    for _ in range(30):
+        psplit.decode(large_stream)
+    result_bytes = 500 * 500 * (2 * 12 + 12)
+    assert resident() - before < 10 * result_bytes
+
+
+def test_meshes_can_be_copied_and_sent(stream):
+    mesh = psplit.decode(stream)
+    for copied in (copy.deepcopy(mesh), pickle.loads(pickle.dumps(mesh))):
+        assert np.array_equal(copied.points, mesh.points) and np.array_equal(copied.faces, mesh.faces)
+        assert copied.attributes["POSITION"].bits == 14
+
+
+# out
+
+
+def test_out(stream):
+    expected = psplit.decode(stream)
+    normal_id = expected.attributes["NORMAL"].unique_id
+    out = {"faces": np.empty_like(expected.faces), "POSITION": np.empty_like(expected.points),
+           normal_id: np.empty_like(expected.normals)}
+    mesh = psplit.decode(stream, out=out)
+    assert mesh.faces is out["faces"] and mesh.points is out["POSITION"] and mesh.normals is out[normal_id]
+    for name in expected:
+        assert np.array_equal(mesh[name], expected[name])
+    assert np.array_equal(mesh.faces, expected.faces)
+
+
+def test_out_of_a_part_of_an_array(stream):
+    expected = psplit.decode(stream)
+    whole = np.zeros((expected.point_count + 10, 3), np.float32)
+    mesh = psplit.decode(stream, out={"POSITION": whole[5:-5]})
+    assert np.array_equal(whole[5:-5], expected.points) and not whole[:5].any() and not whole[-5:].any()
+    assert np.shares_memory(mesh.points, whole)
+
+
+@pytest.mark.parametrize("out", [
+    {"POSITION": np.empty((3, 3), np.float32)}, {"POSITION": np.empty((1271, 3), np.float64)},
+    {"POSITION": np.empty(3 * 1271, np.float32)}, {"TANGENT": np.empty((1271, 4), np.float32)},
+    {"faces": np.empty((1, 3), np.uint32)}, {99: np.empty((1271, 3), np.float32)}])
+def test_out_that_does_not_fit(stream, out):
+    with pytest.raises(psplit.Error, match="out") as error:
+        psplit.decode(stream, out=out)
+    assert error.value.code == "usage"
+
+
+@pytest.mark.parametrize("make", [lambda a: np.asfortranarray(a), lambda a: a.astype(">f4"), lambda a: a[::-1]])
+def test_out_that_cannot_be_written(stream, make):
+    with pytest.raises(ValueError, match="POSITION"):
+        psplit.decode(stream, out={"POSITION": make(psplit.decode(stream).points)})
+
+
+def test_out_that_is_read_only_or_no_array(stream):
+    array = psplit.decode(stream).points
+    array.flags.writeable = False
+    with pytest.raises(ValueError, match="writable"):
+        psplit.decode(stream, out={"POSITION": array})
+    with pytest.raises(TypeError, match="neither a name"):
+        psplit.decode(stream, out={1.5: psplit.decode(stream).points})
+    with pytest.raises(TypeError, match="POSITION"):
+        psplit.decode(stream, out={"POSITION": [1, 2, 3]})
+
+
+# What is wrong.
+
+
+def test_every_truncation(stream):
+    for length in range(len(stream)):
+        if length > 300 and length % 37 != 0 and length < len(stream) - 20:
+            continue
+        with pytest.raises(psplit.InvalidInputError):
+            psplit.decode(stream[:length])
+
+
+def test_changed_bytes_are_refused_or_decoded(stream):
+    random = np.random.default_rng(1)
+    refused = 0
+    for _ in range(2000):
+        data = bytearray(stream)
+        for place in random.integers(0, len(data), 3):
+            data[place] = random.integers(0, 256)
+        try:
+            mesh = psplit.decode(data)
+            assert len(mesh.faces) == 0 or mesh.faces.max() < mesh.point_count
+        except psplit.Error as error:
+            assert error.code in ("invalid_input", "unsupported")
+            refused += 1
+    assert 0 < refused
+
+
+@pytest.mark.parametrize("data", [b"", b"D", b"DRACO", b"ply\n", bytes(100), b"\x1f\x8b"])
+def test_what_is_no_draco(data):
+    with pytest.raises(psplit.InvalidInputError):
+        psplit.decode(data)
+
+
+def test_old_bitstreams_are_unsupported(stream):
+    data = bytearray(stream)
+    data[6] = 1  # 2.1
+    with pytest.raises(psplit.UnsupportedError, match="2.1") as error:
+        psplit.decode(data)
+    assert error.value.code == "unsupported" and error.value.patch is None
+    assert isinstance(error.value, psplit.Error) and isinstance(error.value, ValueError)
+
+
+@pytest.mark.parametrize("data", [None, 3, [1, 2], object()])
+def test_what_is_not_bytes(data):
+    with pytest.raises(TypeError):
+        psplit.decode(data)
+
+
+def test_bytes_with_gaps(stream):
+    spread = np.repeat(np.frombuffer(stream, np.uint8), 2)
+    with pytest.raises(TypeError, match="contiguous"):
+        psplit.decode(spread[::2])
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        psplit.decode(tmp_path / "missing.drc")
+
+
+def test_errors_pass_between_processes():
+    with pytest.raises(psplit.Error) as error:
+        psplit.decode(b"DRACO\x02\x01 and more bytes")
+    again = pickle.loads(pickle.dumps(error.value))
+    assert type(again) is type(error.value) and str(again) == str(error.value) and again.code == error.value.code

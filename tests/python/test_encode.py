@@ -1,0 +1,201 @@
+"""psplit.encode makes streams of libdraco, within the precision that it promises."""
+import struct
+
+import numpy as np
+import psplit
+import pytest
+from conftest import expect_libdraco, torus
+
+POINTS, FACES, NORMALS, TEX_COORD = torus(20, 30)
+
+
+def distance(mesh, points):
+    """The largest distance of a decoded point from the nearest input point."""
+    return max(np.abs(points - point).max(axis=1).min() for point in mesh.points[::17])
+
+
+@pytest.mark.parametrize("level", [0, 1, 7, 10])
+@pytest.mark.parametrize("bits", [8, 14, 20])
+def test_positions_are_as_exact_as_their_bits(reference, level, bits):
+    stream = psplit.encode(POINTS, FACES, quantization_bits=bits, compression_level=level)
+    mesh = psplit.decode(stream)
+    expect_libdraco(reference, mesh, stream)
+    assert len(mesh.faces) == len(FACES) and mesh.attributes["POSITION"].bits == bits
+    extent = (POINTS.max(axis=0) - POINTS.min(axis=0)).max()
+    assert distance(mesh, POINTS) <= 0.51 * extent / (2**bits - 1) + 1e-6
+
+
+def test_lossless():
+    mesh = psplit.decode(psplit.encode(POINTS, FACES, 0, normals=NORMALS, tex_coord=TEX_COORD, normal_bits=0, texcoord_bits=0))
+    rows = {row.tobytes() for row in np.hstack([POINTS, NORMALS, TEX_COORD])}
+    # Normals off the octahedron are a generic attribute, as `encode` says.
+    assert {row.tobytes() for row in np.hstack([mesh.points, mesh["_GENERIC_0"], mesh.tex_coord])} == rows
+
+
+def test_preserve_order(reference):
+    colors = np.arange(4 * len(POINTS), dtype=np.uint16).reshape(-1, 4)
+    stream = psplit.encode(POINTS, FACES, preserve_order=True, colors=colors, quantization_bits=0)
+    mesh = psplit.decode(stream)
+    expect_libdraco(reference, mesh, stream)
+    assert mesh.coding == "sequential"
+    assert np.array_equal(mesh.faces, FACES) and np.array_equal(mesh.points, POINTS) and np.array_equal(mesh.colors, colors)
+    assert mesh.colors.dtype == np.uint16
+
+
+def test_a_chosen_grid():
+    stream = psplit.encode(POINTS, FACES, 12, quantization_range=8.0, quantization_origin=[-4, -4, -4])
+    position = psplit.decode(stream).attributes["POSITION"]
+    assert position.origin.tolist() == [-4, -4, -4] and position.range == 8 and position.bits == 12
+    # Meshes on one grid fit together: equal points decode to equal bits.
+    half = psplit.decode(psplit.encode(POINTS, FACES[: len(FACES) // 2], 12, 1, 8.0, (-4, -4, -4)))
+    whole = {row.tobytes() for row in psplit.decode(stream).points}
+    assert {row.tobytes() for row in half.points} <= whole
+
+
+def test_a_range_without_an_origin_and_the_reverse():
+    position = psplit.decode(psplit.encode(POINTS, FACES, quantization_range=16)).attributes["POSITION"]
+    assert position.range == 16 and np.array_equal(position.origin, POINTS.min(axis=0))
+    position = psplit.decode(psplit.encode(POINTS, FACES, quantization_origin=(-8, -8, -8))).attributes["POSITION"]
+    assert position.origin.tolist() == [-8, -8, -8] and position.range == np.float32((POINTS + 8).max())
+
+
+def test_metadata_of_the_grid(reference):
+    stream = psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4), create_metadata=True)
+    mesh = psplit.decode(stream)
+    assert set(mesh.metadata.entries) == {"quantization_bits", "quantization_range", "quantization_origin"}
+    assert struct.unpack("<i", mesh.metadata["quantization_bits"]) == (12,)
+    assert struct.unpack("<d", mesh.metadata["quantization_range"]) == (8,)
+    assert struct.unpack("<3d", mesh.metadata["quantization_origin"]) == (-4, -4.5, -4)
+    expect_libdraco(reference, mesh, stream)  # which reads the metadata, too
+    plain = psplit.decode(psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4)))
+    assert np.array_equal(mesh.points, plain.points) and plain.metadata is None
+    fitted = psplit.decode(psplit.encode(POINTS, FACES, create_metadata=True))
+    assert fitted.metadata.entries == {"quantization_bits": struct.pack("<i", 14)}
+
+
+def test_points_outside_of_the_grid_are_refused():
+    with pytest.raises(psplit.InvalidInputError, match="outside"):
+        psplit.encode(POINTS, FACES, quantization_range=1.0, quantization_origin=[0, 0, 0])
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int32, np.uint16, np.int64])
+def test_integer_points_are_exact(kind):
+    points = np.array([[0, 0, 0], [100, 3, 0], [0, 77, 5], [1, 2, 99]], kind)
+    faces = [[0, 1, 2], [0, 1, 3], [1, 2, 3]]
+    mesh = psplit.decode(psplit.encode(points, faces, quantization_bits=2))
+    assert {tuple(row) for row in mesh.points.tolist()} == {tuple(map(float, row)) for row in points}
+
+
+def test_integers_of_too_many_bits_are_refused():
+    with pytest.raises(NotImplementedError, match="24 bits"):
+        psplit.encode(np.array([[0, 0, 0], [2**24, 0, 0], [0, 1, 0]]), [[0, 1, 2]])
+
+
+def test_lists_and_flat_lists():
+    points, faces = [0, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2]
+    flat = psplit.encode(points, faces)
+    assert flat == psplit.encode(np.reshape(points, (3, 3)).tolist(), [faces])
+    assert len(psplit.decode(flat).faces) == 1
+
+
+def test_what_cannot_be_served():
+    with pytest.raises(NotImplementedError, match="point clouds"):
+        psplit.encode(POINTS)
+
+
+@pytest.mark.parametrize("change", [
+    {"points": POINTS[:, :2]}, {"faces": FACES[:, :2]}, {"faces": FACES.astype(float)}, {"faces": -FACES.astype(int)},
+    {"faces": FACES + 10**6}, {"normals": NORMALS[1:]}, {"tex_coord": NORMALS}, {"colors": NORMALS},
+    {"quantization_bits": 31}, {"quantization_bits": -1}, {"compression_level": 11}, {"compression_level": -1},
+    {"quantization_range": 0.0}, {"quantization_origin": [0, 0]}, {"quantization_origin": [0, 0, float("nan")]},
+    {"normal_bits": 1}, {"faces": FACES[:0]}, {"points": POINTS * float("nan")}, {"points": POINTS * 1e300},
+    {"points": POINTS[:0], "faces": FACES[:0]}])
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_wrong_arguments(change):
+    with pytest.raises(ValueError):
+        psplit.encode(**{"points": POINTS, "faces": FACES, **change})
+
+
+def test_container(reference, container):
+    mesh = psplit.decode_container(*container)
+    assert mesh.coding == "patches" and len(mesh.faces) == 60 * 80 * 2
+    assert mesh.point_count == container.accessors["POSITION"]["count"]
+    same = psplit.decode_container(*container, threads=1)
+    for name in mesh:
+        assert np.array_equal(mesh[name], same[name])
+    # One patch has the values of the whole: the grid is the same, and so are the bits.
+    points, faces, normals, _ = torus(60, 80)
+    whole = psplit.decode_container(*psplit.encode_container(points, faces, patches=1, normals=normals))
+    assert {row.tobytes() for row in whole.points} == {row.tobytes() for row in mesh.points}
+    assert psplit.encode_container(points, faces, patches=5, normals=normals, threads=1).data == container.data
+
+
+def test_container_into_given_arrays(container):
+    expected = psplit.decode_container(*container)
+    out = {"faces": np.empty_like(expected.faces), "NORMAL": np.empty_like(expected.normals)}
+    mesh = psplit.decode_container(*container, out=out)
+    assert mesh.faces is out["faces"] and mesh.normals is out["NORMAL"]
+    assert np.array_equal(mesh.faces, expected.faces) and np.array_equal(mesh.normals, expected.normals)
+    assert np.array_equal(mesh.points, expected.points)
+    with pytest.raises(psplit.Error, match="shape"):
+        psplit.decode_container(*container, out={"faces": np.empty((1, 3), np.uint32)})
+
+
+def test_attributes_that_are_not_wanted_may_be_left_out(container):
+    mesh = psplit.decode_container(container.data, {"POSITION": 0}, container.accessors)
+    assert list(mesh) == ["POSITION"]
+
+
+def test_more_patches_than_faces(container):
+    points, faces, *_ = torus(3, 3)
+    assert len(psplit.decode_container(*psplit.encode_container(points, faces, patches=1000)).faces) == len(faces)
+    with pytest.raises(ValueError, match="patches"):
+        psplit.encode_container(points, faces, patches=0)
+    with pytest.raises(ValueError, match="negative"):
+        psplit.encode_container(points, faces, patches=2, threads=-1)
+    with pytest.raises(ValueError, match="negative"):
+        psplit.decode_container(*container, threads=-1)
+
+
+def test_a_bare_container_says_what_to_call(container):
+    with pytest.raises(psplit.Error, match="decode_container"):
+        psplit.decode(container.data)
+
+
+def test_errors_of_containers_name_the_patch(container):
+    broken = bytearray(container.data)
+    broken[-200:] = bytes(200)
+    with pytest.raises(psplit.InvalidInputError) as error:
+        psplit.decode_container(broken, container.attributes, container.accessors)
+    assert error.value.patch is not None and "patch" in str(error.value)
+
+
+@pytest.mark.parametrize("accessors", [{}, {"POSITION": {"componentType": 5126, "type": "VEC9"}},
+                                       {"POSITION": {"componentType": 7, "type": "VEC3"}}, {"POSITION": {"type": "VEC3"}},
+                                       {"POSITION": {"componentType": 5126, "type": "VEC3", "count": -1}},
+                                       {"POSITION": {"componentType": 5126, "type": "VEC3"}, "indices": {"count": "many"}},
+                                       {"POSITION": {"componentType": 5126, "type": "VEC3", "count": 3}}])
+def test_accessors_that_do_not_fit(container, accessors):
+    with pytest.raises(psplit.Error):
+        psplit.decode_container(container.data, {"POSITION": 0}, accessors)
+
+
+@pytest.mark.parametrize("unique_id", [9, -1, 2**32, "0", None])
+def test_attributes_that_do_not_exist(container, unique_id):
+    with pytest.raises(psplit.Error):
+        psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
+
+
+def test_every_truncation_of_a_container(container):
+    for length in list(range(0, 200)) + list(range(200, len(container.data), 97)):
+        with pytest.raises(psplit.Error):
+            psplit.decode_container(container.data[:length], container.attributes, container.accessors)
+
+
+def test_decode_container_decodes_streams_of_gltf(stream):
+    expected = psplit.decode(stream)
+    accessors = {"POSITION": {"componentType": 5126, "type": "VEC3", "count": expected.point_count}}
+    mesh = psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="KHR_draco_mesh_compression")
+    assert np.array_equal(mesh.points, expected.points) and np.array_equal(mesh.faces, expected.faces)
+    with pytest.raises(psplit.Error, match="extension|none of"):
+        psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="EXT_other")
