@@ -73,7 +73,6 @@ StreamDescription description_of(const Header& header, const core::Patch<Index>&
   return description;
 }
 
-
 bool has_order(const core::CloudHeader&) { return false; }
 bool has_order(const core::StreamHeader& header) { return header.edgebreaker; }
 
@@ -202,7 +201,8 @@ Expected<DracoGeometry> decode_geometry(std::span<const uint8_t> stream, bool in
           point_bytes += attribute.stride();
           geometry.attributes.push_back(std::move(attribute));
         }
-        const uint64_t bytes = point_bytes * description.point_count + description.face_count * sizeof(geometry.faces[0]);
+        const uint64_t bytes =
+            point_bytes * description.point_count + description.face_count * sizeof(geometry.faces[0]);
         if (bytes > justified_result_bytes(stream.size())) return status_of(core::Fault::kWorkspace);
         geometry.faces.resize(description.face_count);
         GeometryPlaces places;
