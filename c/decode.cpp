@@ -75,7 +75,8 @@ Expected<Wanted> read_buffers(const psplit_mesh& mesh, const psplit_buffers* fro
 
 Expected<PrimitiveLoad> load_of(const psplit_mesh& mesh, Wanted wanted) {
   const CompressedPrimitive& primitive = *mesh.primitive;
-  if (wanted.attributes.size() == mesh.attributes.size()) return PrimitiveLoad{primitive, std::move(wanted.out)};
+  if (wanted.attributes.size() == mesh.attributes.size())
+    return PrimitiveLoad{primitive, std::move(wanted.out)};
   std::vector<AttributeRequest> requests;
   for (const size_t attribute : wanted.attributes) requests.push_back(primitive.attributes()[attribute]);
   Expected<CompressedPrimitive> selected = primitive.with_attributes(std::move(requests));

@@ -1,7 +1,7 @@
 // Encodes a mesh of the caller's. Without libdraco the functions say that they cannot.
-#include "c/support.h"
-
 #include <algorithm>
+
+#include "c/support.h"
 
 #ifdef PSPLIT_C_HAS_ENCODER
 #include <set>
@@ -117,7 +117,8 @@ Expected<Attribute> read_attribute(const psplit_attribute_values& from, uint32_t
   attribute.normalized = from.normalized != 0;
   const size_t size = attribute.stride(), stride = from.stride == 0 ? size : from.stride;
   if (stride < size) return wrong_usage("the stride of " + attribute.semantic + " is less than its size");
-  if (point_count > 0 && (from.data == nullptr || from.size < size || (from.size - size) / stride < point_count - 1))
+  if (point_count > 0 &&
+      (from.data == nullptr || from.size < size || (from.size - size) / stride < point_count - 1))
     return wrong_usage(attribute.semantic + " has no values for " + std::to_string(point_count) + " points");
   attribute.values.resize(point_count * size);
   const auto* values = static_cast<const std::byte*>(from.data);

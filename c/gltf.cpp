@@ -48,8 +48,7 @@ Expected<std::unique_ptr<psplit_gltf>> open_gltf(const psplit_gltf_source* from)
   if (!source) return source.status();
   if ((source->flags & ~uint32_t{PSPLIT_COPY}) != 0)
     return wrong_usage("a psplit_gltf_source has no flags " + std::to_string(source->flags));
-  Expected<SourceBytes> bytes =
-      source_bytes(source->data, source->size, (source->flags & PSPLIT_COPY) != 0);
+  Expected<SourceBytes> bytes = source_bytes(source->data, source->size, (source->flags & PSPLIT_COPY) != 0);
   if (!bytes) return bytes.status();
   auto file = std::make_shared<GltfFile>();
   file->bytes = std::move(*bytes);
@@ -115,7 +114,8 @@ Expected<std::unique_ptr<psplit_mesh>> open_record(const psplit_gltf& gltf, cons
     source.point_count = count;
   }
   // A strip's accessor may count the strip's indices. Decoding gives lists.
-  if (record.indices >= 0 && record.mode == kTriangles) source.index_count = records.accessor(record.indices).count;
+  if (record.indices >= 0 && record.mode == kTriangles)
+    source.index_count = records.accessor(record.indices).count;
   const Expected<std::span<const uint8_t>> bytes = view_bytes(gltf, draco->view);
   if (!bytes) return bytes.status();
   source.bytes = *bytes;

@@ -31,8 +31,8 @@ Expected<std::vector<AttributeRequest>> read_requests(const psplit_source& sourc
     if (!type) return unsupported(name + " has the type " + std::to_string(element.type));
     if (element.components > 16)
       return invalid_input(name + " has " + std::to_string(element.components) + " components");
-    requests.push_back({name, element.unique_id, *type, static_cast<uint8_t>(element.components),
-                        element.normalized != 0});
+    requests.push_back(
+        {name, element.unique_id, *type, static_cast<uint8_t>(element.components), element.normalized != 0});
   }
   return requests;
 }
@@ -101,8 +101,7 @@ Expected<std::unique_ptr<psplit_mesh>> open_mesh(const psplit_source* from) {
 
 Expected<std::unique_ptr<psplit_mesh>> open_primitive(PrimitiveSource source,
                                                       std::shared_ptr<const void> bytes) {
-  const psplit_kind kind =
-      source.compression == Compression::kDraco ? PSPLIT_KIND_DRACO : PSPLIT_KIND_PATCHES;
+  const psplit_kind kind = source.compression == Compression::kDraco ? PSPLIT_KIND_DRACO : PSPLIT_KIND_PATCHES;
   Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(std::move(source));
   if (!primitive) return primitive.status();
   auto mesh = std::make_unique<psplit_mesh>();
@@ -144,8 +143,7 @@ psplit_code psplit_mesh_get_info(const psplit_mesh* mesh, psplit_mesh_info* info
     if (mesh == nullptr) return null_handle();
     psplit_mesh_info value{};
     value.kind = mesh->kind;
-    value.coding =
-        mesh->geometry ? static_cast<psplit_coding>(mesh->geometry->coding) : PSPLIT_CODING_UNKNOWN;
+    value.coding = mesh->geometry ? static_cast<psplit_coding>(mesh->geometry->coding) : PSPLIT_CODING_UNKNOWN;
     value.point_count = mesh->point_count();
     value.face_count = mesh->face_count();
     value.attribute_count = static_cast<uint32_t>(mesh->attributes.size());
@@ -193,8 +191,7 @@ int32_t psplit_mesh_find_name(const psplit_mesh* mesh, const char* name) {
   return find_attribute(mesh, [&](const MeshAttribute& attribute) { return attribute.name == name; });
 }
 int32_t psplit_mesh_find_id(const psplit_mesh* mesh, uint32_t unique_id) {
-  return find_attribute(mesh,
-                        [&](const MeshAttribute& attribute) { return attribute.unique_id == unique_id; });
+  return find_attribute(mesh, [&](const MeshAttribute& attribute) { return attribute.unique_id == unique_id; });
 }
 int32_t psplit_mesh_find_semantic(const psplit_mesh* mesh, psplit_semantic semantic, uint32_t skip) {
   return find_attribute(mesh, [&](const MeshAttribute& attribute) {

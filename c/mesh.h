@@ -53,6 +53,7 @@ struct psplit_mesh {
 namespace psplit::c {
 
 // A mesh of PSPLIT_KIND_PATCHES or PSPLIT_KIND_DRACO. `bytes` keeps the source's bytes, and may be null.
-Expected<std::unique_ptr<psplit_mesh>> open_primitive(PrimitiveSource source, std::shared_ptr<const void> bytes);
+Expected<std::unique_ptr<psplit_mesh>> open_primitive(PrimitiveSource source,
+                                                      std::shared_ptr<const void> bytes);
 
 }  // namespace psplit::c

@@ -23,13 +23,15 @@
 //            all other members zero. So a program and a library of other versions fit together. The size is
 //            also that of results. A larger struct than the library knows must be zero beyond what it knows.
 //            All elements of an array have the size of the first. `reserved` members are 0.
-// Handles    Each is made by a function with a `psplit_..._free`, which takes NULL too. They may be freed in any
+// Handles    Each is made by a function with a `psplit_..._free`, which takes NULL too. They may be freed in
+// any
 //            order: each keeps what it needs of others. Functions that return a number take NULL for an object
 //            without content.
 // Errors     A function that can fail returns a psplit_code. If `error`, which may be NULL, is given, it gets
 //            the code and a sentence with its place. PSPLIT_ERROR_USAGE is also the code of null pointers,
 //            sizes that are too small, and buffers that do not fit. After an error, handles to be returned are
-//            NULL, other results are not set, and buffers may hold anything. Nothing is written outside of them.
+//            NULL, other results are not set, and buffers may hold anything. Nothing is written outside of
+//            them.
 // Bytes      Bytes to be decoded may be anything. Memory is taken in proportion to them: at most 64 MiB, and
 //            4096 bytes for each byte.
 // Lifetime   The library reads the caller's bytes until the last handle that was made of them is freed, unless
@@ -169,13 +171,7 @@ enum {
 
 // What an attribute is, with Draco's numbers.
 typedef int32_t psplit_semantic;
-enum {
-  PSPLIT_POSITION = 0,
-  PSPLIT_NORMAL = 1,
-  PSPLIT_COLOR = 2,
-  PSPLIT_TEXCOORD = 3,
-  PSPLIT_GENERIC = 4
-};
+enum { PSPLIT_POSITION = 0, PSPLIT_NORMAL = 1, PSPLIT_COLOR = 2, PSPLIT_TEXCOORD = 3, PSPLIT_GENERIC = 4 };
 
 // How a Draco stream stores a mesh or a point cloud.
 typedef int32_t psplit_coding;
@@ -249,21 +245,21 @@ typedef struct psplit_attribute_info {
   uint32_t normalized;
   uint32_t value_size;   // bytes of a value, tightly packed
   uint32_t is_integers;  // 1 if they are integers by PSPLIT_INTEGERS
-  // glTF's name. Of PSPLIT_KIND_DRACO_FILE a name that glTF would allow: POSITION, NORMAL, TEXCOORD_n, COLOR_n or
-  // _GENERIC_n, or "" for all attributes if glTF cannot hold the stream.
+  // glTF's name. Of PSPLIT_KIND_DRACO_FILE a name that glTF would allow: POSITION, NORMAL, TEXCOORD_n, COLOR_n
+  // or _GENERIC_n, or "" for all attributes if glTF cannot hold the stream.
   const char* name;
 } psplit_attribute_info;
 PSPLIT_API psplit_code psplit_mesh_get_attribute(const psplit_mesh* mesh, uint32_t attribute,
                                                  psplit_attribute_info* info, psplit_error* error);
 
-// The attribute of that name, of that unique id, or the one after `skip` others of that semantic. -1 if there is
-// none.
+// The attribute of that name, of that unique id, or the one after `skip` others of that semantic. -1 if there
+// is none.
 PSPLIT_API int32_t psplit_mesh_find_name(const psplit_mesh* mesh, const char* name);
 PSPLIT_API int32_t psplit_mesh_find_id(const psplit_mesh* mesh, uint32_t unique_id);
 PSPLIT_API int32_t psplit_mesh_find_semantic(const psplit_mesh* mesh, psplit_semantic semantic, uint32_t skip);
 
-// How the values of an attribute are stored. bits is 0: exactly. Otherwise, without an origin, as coordinates on
-// an octahedron of unit vectors. With one: value = origin + i * range / (2^bits - 1).
+// How the values of an attribute are stored. bits is 0: exactly. Otherwise, without an origin, as coordinates
+// on an octahedron of unit vectors. With one: value = origin + i * range / (2^bits - 1).
 typedef struct psplit_quantization {
   uint32_t struct_size;
   int32_t bits;  // of a component
@@ -350,8 +346,8 @@ PSPLIT_API psplit_code psplit_gltf_open(const psplit_gltf_source* source, psplit
 PSPLIT_API void psplit_gltf_free(psplit_gltf* gltf);
 
 // The buffers of the JSON, and the URI of one: NULL if it has none, as the buffer in a .glb file. The library
-// opens no files: psplit_gltf_set_buffer gives it the bytes of a URI, which replace those of an earlier call. They
-// are for the primitives that are opened afterwards, are never copied, and must stay as long as these.
+// opens no files: psplit_gltf_set_buffer gives it the bytes of a URI, which replace those of an earlier call.
+// They are for the primitives that are opened afterwards, are never copied, and must stay as long as these.
 PSPLIT_API uint32_t psplit_gltf_buffer_count(const psplit_gltf* gltf);
 PSPLIT_API const char* psplit_gltf_buffer_uri(const psplit_gltf* gltf, uint32_t buffer);
 PSPLIT_API psplit_code psplit_gltf_set_buffer(psplit_gltf* gltf, uint32_t buffer, const void* data, size_t size,
@@ -363,8 +359,8 @@ PSPLIT_API uint32_t psplit_gltf_primitive_count(const psplit_gltf* gltf, uint32_
 PSPLIT_API psplit_kind psplit_gltf_primitive_kind(const psplit_gltf* gltf, uint32_t mesh, uint32_t primitive);
 
 // Opens a primitive with all attributes that its extension stores, under their names in glTF. Its errors name
-// mesh and primitive. PSPLIT_ERROR_USAGE: there is no such primitive, it is not compressed, or its buffer's bytes
-// are not set.
+// mesh and primitive. PSPLIT_ERROR_USAGE: there is no such primitive, it is not compressed, or its buffer's
+// bytes are not set.
 PSPLIT_API psplit_code psplit_gltf_open_primitive(const psplit_gltf* gltf, uint32_t mesh, uint32_t primitive,
                                                   psplit_mesh** result, psplit_error* error);
 
@@ -373,11 +369,11 @@ PSPLIT_API psplit_code psplit_gltf_open_primitive(const psplit_gltf* gltf, uint3
 // The values of an attribute, one for each point.
 typedef struct psplit_attribute_values {
   uint32_t struct_size;
-  psplit_type type;  // one of glTF's
-  const char* name;  // glTF's, in UTF-8: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0", "_FEATURE_ID_0" ...
-  const void* data;  // of any alignment
-  size_t size;       // bytes, at least stride * (points - 1) and a value
-  size_t stride;     // bytes from one value to the next; 0: tightly packed
+  psplit_type type;     // one of glTF's
+  const char* name;     // glTF's, in UTF-8: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0", "_FEATURE_ID_0" ...
+  const void* data;     // of any alignment
+  size_t size;          // bytes, at least stride * (points - 1) and a value
+  size_t stride;        // bytes from one value to the next; 0: tightly packed
   uint32_t components;  // of a value, 1 to 16
   uint32_t normalized;  // 0 or 1
   // Of a component of PSPLIT_FLOAT32, 1 to 30; 0: as psplit_encode_options has it; -1: the values are kept
@@ -398,11 +394,11 @@ typedef struct psplit_encode_source {
 
 // Flags of psplit_encode_options, all for PSPLIT_KIND_PATCHES only.
 enum {
-  PSPLIT_ENCODE_KEEP_DUPLICATES = 1,   // points that are equal in everything stay apart
-  PSPLIT_ENCODE_DROP_DEGENERATE = 2,   // drops faces that repeat an index
-  PSPLIT_ENCODE_DROP_UNUSED = 4,       // drops points that no face uses
-  PSPLIT_ENCODE_CONDENSE = 8,          // patches share their tables, if that saves bytes
-  PSPLIT_ENCODE_WITHOUT_VERIFYING = 16 // does not decode the result to compare it with the source
+  PSPLIT_ENCODE_KEEP_DUPLICATES = 1,    // points that are equal in everything stay apart
+  PSPLIT_ENCODE_DROP_DEGENERATE = 2,    // drops faces that repeat an index
+  PSPLIT_ENCODE_DROP_UNUSED = 4,        // drops points that no face uses
+  PSPLIT_ENCODE_CONDENSE = 8,           // patches share their tables, if that saves bytes
+  PSPLIT_ENCODE_WITHOUT_VERIFYING = 16  // does not decode the result to compare it with the source
 };
 
 // psplit_encode_options_init sets the defaults.
@@ -427,9 +423,9 @@ PSPLIT_API void psplit_encode_options_init(psplit_encode_options* options);
 // Encoded bytes, and what a loader must know about them.
 typedef struct psplit_encoded psplit_encoded;
 
-// Encodes a triangle mesh. `options` may be NULL: the defaults. The bytes are the same for any number of threads.
-// Draco drops faces that repeat an index and points that no face uses, and reorders the others; patches keep all
-// of them, in another order.
+// Encodes a triangle mesh. `options` may be NULL: the defaults. The bytes are the same for any number of
+// threads. Draco drops faces that repeat an index and points that no face uses, and reorders the others;
+// patches keep all of them, in another order.
 PSPLIT_API psplit_code psplit_encode(const psplit_encode_source* source, const psplit_encode_options* options,
                                      psplit_encoded** encoded, psplit_error* error);
 PSPLIT_API void psplit_encoded_free(psplit_encoded* encoded);
@@ -442,8 +438,8 @@ typedef struct psplit_encoded_info {
   uint32_t point_count, face_count;  // as decoded
   uint32_t patch_count;              // with a residue
   uint32_t attribute_count;          // of the source, in its order
-  // For each decoded point the point of the source that it was. Data beside the attributes, such as morph targets,
-  // are reordered by it.
+  // For each decoded point the point of the source that it was. Data beside the attributes, such as morph
+  // targets, are reordered by it.
   const uint32_t* source_points;
   // The largest distance between a position and its decoded one; below 0 if it was not measured.
   double position_error;

@@ -130,9 +130,8 @@ int32_t psplit_pool_threads(const psplit_pool* pool) {
 void psplit_pool_free(psplit_pool* pool) { delete pool; }
 
 psplit_code psplit_stop_create(psplit_stop** stop, psplit_error* error) {
-  return make_handle(stop, error, []() -> Expected<std::unique_ptr<psplit_stop>> {
-    return std::make_unique<psplit_stop>();
-  });
+  return make_handle(
+      stop, error, []() -> Expected<std::unique_ptr<psplit_stop>> { return std::make_unique<psplit_stop>(); });
 }
 void psplit_stop_set(psplit_stop* stop, int32_t value) {
   if (stop != nullptr) stop->flag = value != 0;

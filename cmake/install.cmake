@@ -22,6 +22,11 @@ foreach(component IN LISTS installed)
   install(EXPORT psplit-${component} FILE psplit-${component}.cmake NAMESPACE psplit:: DESTINATION ${package_folder})
 endforeach()
 
+# Blender loads this by its path (docs/c.md).
+if(TARGET psplit_blender_package)
+  install(TARGETS psplit_blender_package LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/psplit)
+endif()
+
 # pkg-config's files, for builds without CMake: psplit-decoder.pc and so on, and psplit.pc for C. Static libraries name all that they need.
 set(decoder_needs -ltbb -pthread)
 set(encoder_needs ${DRACO_LIBRARY})

@@ -103,34 +103,51 @@ if(PSPLIT_BUILD_ENCODER)
 endif()
 
 # psplit::c, for C and other languages: always a shared library, with the objects of its own that it needs. It exports what
-# c/psplit.map names, with versions.
+# c/psplit.map names, with versions. libextern_draco.so, for Blender, has its own list.
+function(psplit_export_only target map)
+  target_link_options(${target} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
+  if(UNIX AND NOT APPLE)
+    target_link_options(${target} PRIVATE -Wl,--version-script=${map})
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})
+  endif()
+endfunction()
 if(PSPLIT_BUILD_C)
   set(c_objects psplit_c psplit_records psplit_json psplit_decoder)
+  set(blender_objects)
   if(PSPLIT_BUILD_ENCODER)
     list(APPEND c_objects psplit_encoder psplit_partition)
+    set(blender_objects psplit_blender psplit_decoder psplit_encoder psplit_partition)
+    add_library(psplit_blender_package MODULE)
+    target_link_libraries(psplit_blender_package PRIVATE psplit_draco_package TBB::tbb Threads::Threads)
+    set_target_properties(psplit_blender_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME extern_draco PREFIX lib
+                          LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+    psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/c/blender/bridge.map)
   endif()
   add_library(psplit_c_package SHARED)
   add_library(psplit::c ALIAS psplit_c_package)
   foreach(tree IN LISTS c_objects)
+    target_sources(psplit_c_package PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
+  foreach(tree IN LISTS blender_objects)
+    target_sources(psplit_blender_package PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
+  set(objects ${c_objects} ${blender_objects})
+  list(REMOVE_DUPLICATES objects)
+  foreach(tree IN LISTS objects)
     set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
                           POSITION_INDEPENDENT_CODE ON)
     # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
     target_compile_options(${tree} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-semantic-interposition>)
-    target_sources(psplit_c_package PRIVATE $<TARGET_OBJECTS:${tree}>)
   endforeach()
   # The number of the interface, not of the project.
   set_target_properties(psplit_c_package PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME c OUTPUT_NAME psplit
-                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
-                        VERSION 0.1 SOVERSION 0)
+                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
+                        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package VERSION 0.1 SOVERSION 0)
   target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(psplit_c_package PRIVATE TBB::tbb Threads::Threads)
   if(PSPLIT_BUILD_ENCODER)
     target_link_libraries(psplit_c_package PRIVATE $<BUILD_INTERFACE:psplit_draco_package>)
   endif()
-  target_link_options(psplit_c_package PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
-  if(UNIX AND NOT APPLE)
-    target_link_options(psplit_c_package PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/c/psplit.map)
-    set_target_properties(psplit_c_package PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/c/psplit.map)
-  endif()
+  psplit_export_only(psplit_c_package ${PROJECT_SOURCE_DIR}/c/psplit.map)
 endif()

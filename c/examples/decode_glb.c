@@ -1,5 +1,5 @@
-/* decode_glb FILE.glb: decodes all compressed meshes of a .glb file at once, and prints them. With a .drc file it
-   prints that. */
+/* decode_glb FILE.glb: decodes all compressed meshes of a .glb file at once, and prints them. With a .drc file
+   it prints that. */
 #include <psplit/psplit.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -62,7 +62,8 @@ static int allocate(loaded_mesh* loaded, psplit_error* error) {
 
 static void release(loaded_mesh* loaded) {
   uint32_t i;
-  for (i = 0; loaded->attributes != NULL && i < loaded->info.attribute_count; ++i) free(loaded->attributes[i].data);
+  for (i = 0; loaded->attributes != NULL && i < loaded->info.attribute_count; ++i)
+    free(loaded->attributes[i].data);
   free(loaded->attributes);
   free(loaded->buffers.indices);
   psplit_mesh_free(loaded->mesh);
@@ -75,7 +76,8 @@ static void print(const loaded_mesh* loaded) {
   for (i = 0; i < loaded->info.attribute_count; ++i) {
     psplit_attribute_info attribute;
     PSPLIT_INIT(attribute);
-    if (psplit_mesh_get_attribute(loaded->mesh, i, &attribute, NULL) == PSPLIT_OK) printf(" %s", attribute.name);
+    if (psplit_mesh_get_attribute(loaded->mesh, i, &attribute, NULL) == PSPLIT_OK)
+      printf(" %s", attribute.name);
   }
   if (position >= 0 && loaded->info.point_count > 0) {
     float first[3];
@@ -135,7 +137,7 @@ int main(int argc, char** argv) {
   if (bytes == NULL) return fail("the file cannot be read");
   PSPLIT_INIT(error);
   count = size > 5 && memcmp(bytes, "DRACO", 5) == 0 ? open_drc(bytes, size, &meshes, &error)
-                                                       : open_glb(bytes, size, &meshes, &error);
+                                                     : open_glb(bytes, size, &meshes, &error);
   if (count < 0) return fail(error.text);
   jobs = calloc((size_t)count + 1, sizeof(psplit_job));
   if (jobs == NULL) return fail("no memory");

@@ -146,8 +146,12 @@ RawMesh decode_file(const psplit_mesh* mesh, size_t gap) {
     const psplit_attribute_info attribute = attribute_of(mesh, k);
     values[k].resize(info.point_count * (attribute.value_size + gap), 0xa5);
     out.attributes.push_back({values[k], gap == 0 ? 0 : attribute.value_size + gap});
-    raw.attributes.push_back({attribute.unique_id, attribute.semantic, attribute.type,
-                              static_cast<int>(attribute.components), attribute.normalized != 0, {}});
+    raw.attributes.push_back({attribute.unique_id,
+                              attribute.semantic,
+                              attribute.type,
+                              static_cast<int>(attribute.components),
+                              attribute.normalized != 0,
+                              {}});
   }
   const CBuffers buffers(out);
   auto error = init<psplit_error>();
@@ -402,7 +406,8 @@ TEST(CDecode, ACopyOutlivesTheBytes) {
 
 // Opens damaged bytes, and decodes them if that succeeds. Every outcome but a crash is allowed; the codes are
 // those of the C++ interface.
-void try_bytes(psplit_kind kind, const std::vector<uint8_t>& bytes, std::span<const AttributeRequest> requests) {
+void try_bytes(psplit_kind kind, const std::vector<uint8_t>& bytes,
+               std::span<const AttributeRequest> requests) {
   const Opened opened = open_bytes(kind, bytes, requests);
   if (opened.code != PSPLIT_OK) {
     EXPECT_TRUE(opened.code == PSPLIT_ERROR_INVALID_INPUT || opened.code == PSPLIT_ERROR_UNSUPPORTED)

@@ -116,7 +116,11 @@ TEST(CEncode, ContainersAreThoseOfEncodeMesh) {
     psplit_encode_options options = default_options();
     options.patch_count = 3;
     options.threads = 1 + static_cast<int32_t>(encoded % 3);
-    const CSource source(mesh, mesh.point_count <= 256 ? 1 : mesh.point_count <= 65536 ? 2 : 4, encoded % 2 * 3);
+    const CSource source(mesh,
+                         mesh.point_count <= 256     ? 1
+                         : mesh.point_count <= 65536 ? 2
+                                                     : 4,
+                         encoded % 2 * 3);
     const Result result = encode(source.source, &options);
     ASSERT_EQ(result.code, PSPLIT_OK) << result.error.text;
     EXPECT_EQ(result.info.kind, PSPLIT_KIND_PATCHES);
@@ -287,9 +291,8 @@ TEST(CEncode, WrongSourcesAreErrors) {
   expect(PSPLIT_ERROR_USAGE, "indices of 3 bytes", [](Source s, Options) { s.source.index_size = 3; });
   expect(PSPLIT_ERROR_USAGE, "not whole faces", [](Source s, Options) { s.source.indices_size -= 4; });
   expect(PSPLIT_ERROR_USAGE, "indices are null", [](Source s, Options) { s.source.indices = nullptr; });
-  expect(PSPLIT_ERROR_INVALID_INPUT, "an index is 4294967295", [](Source s, Options) {
-    std::fill_n(s.indices.begin(), 4, uint8_t{0xff});
-  });
+  expect(PSPLIT_ERROR_INVALID_INPUT, "an index is 4294967295",
+         [](Source s, Options) { std::fill_n(s.indices.begin(), 4, uint8_t{0xff}); });
   expect(PSPLIT_ERROR_INVALID_INPUT, "no triangles", [](Source s, Options) { s.source.indices_size = 0; });
   expect(PSPLIT_ERROR_INVALID_INPUT, "no POSITION", [](Source s, Options) { s.source.attribute_count = 0; });
   expect(PSPLIT_ERROR_USAGE, "psplit_attribute_values is null",

@@ -26,7 +26,7 @@ const GltfSample& gltf_sample() {
     const Mesh& mesh = std::ranges::find_if(procedural_meshes(), has_texcoords)->mesh;
     const std::vector<AttributeCoding> codings = default_codings(mesh, false).codings;
     return GltfSample{encode_sample("sample", mesh, codings, {.patch_count = 4}, ThreadPool(2)),
-                  must(encode_stock_stream(mesh, codings, 5))};
+                      must(encode_stock_stream(mesh, codings, 5))};
   }();
   return made;
 }
@@ -35,14 +35,15 @@ std::string type_of(const AttributeRequest& request) {
   return request.component_count == 1 ? "SCALAR" : "VEC" + std::to_string(request.component_count);
 }
 
-// The JSON of a file with mesh 0: a plain primitive and one of patches; mesh 1: one of stock Draco. View 0 is the
-// container, view 1 the stream. Both are in buffer 0, or the stream in buffer 1.
+// The JSON of a file with mesh 0: a plain primitive and one of patches; mesh 1: one of stock Draco. View 0 is
+// the container, view 1 the stream. Both are in buffer 0, or the stream in buffer 1.
 struct File {
   std::string json{};
   std::vector<uint8_t> first{}, second{};
 
   explicit File(const std::string& uris = "") {
-    const std::vector<uint8_t>&container = gltf_sample().patches.encoded.container, &stream = gltf_sample().stock.bytes;
+    const std::vector<uint8_t>&container = gltf_sample().patches.encoded.container,
+          &stream = gltf_sample().stock.bytes;
     first = container;
     first.resize((first.size() + 3) / 4 * 4);
     size_t stream_at = 0;
@@ -68,7 +69,8 @@ struct File {
         attributes += separator + request.semantic + "\":" + std::to_string(count++);
         ids += separator + request.semantic + "\":" + std::to_string(request.unique_id);
       }
-      accessors += R"(,{"componentType":5125,"type":"SCALAR","count":)" + std::to_string(3 * mesh.faces.size()) + "}";
+      accessors +=
+          R"(,{"componentType":5125,"type":"SCALAR","count":)" + std::to_string(3 * mesh.faces.size()) + "}";
       primitives[view] = R"({"attributes":{)" + attributes + R"(},"indices":)" + std::to_string(count++) +
                          R"(,"extensions":{")" + extension + R"(":{"bufferView":)" + std::to_string(view) +
                          R"(,"attributes":{)" + ids + "}}}}";
@@ -76,9 +78,10 @@ struct File {
     add(gltf_sample().patches.mesh, gltf_sample().patches.requests, "PSPLIT_mesh_draco_patches", 0);
     add(gltf_sample().stock.decoded, gltf_sample().stock.requests, "KHR_draco_mesh_compression", 1);
     json = R"({"asset":{"version":"2.0"},"accessors":[)" + accessors + R"(],"buffers":[)" +
-           (uris.empty() ? R"({"byteLength":)" + std::to_string(first.size()) + "}"
-                         : R"({"byteLength":)" + std::to_string(first.size()) + R"(,"uri":"a.bin"},{"byteLength":)" +
-                               std::to_string(second.size()) + R"(,"uri":")" + uris + R"("})") +
+           (uris.empty()
+                ? R"({"byteLength":)" + std::to_string(first.size()) + "}"
+                : R"({"byteLength":)" + std::to_string(first.size()) + R"(,"uri":"a.bin"},{"byteLength":)" +
+                      std::to_string(second.size()) + R"(,"uri":")" + uris + R"("})") +
            R"(],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(container.size()) +
            R"(},{"buffer":)" + std::to_string(buffer) + R"(,"byteOffset":)" + std::to_string(stream_at) +
            R"(,"byteLength":)" + std::to_string(stream.size()) +
@@ -177,7 +180,8 @@ TEST(CGltf, TheCallerGivesTheBytesOfUris) {
   EXPECT_EQ(early.code, PSPLIT_ERROR_USAGE);
   EXPECT_STREQ(early.error.text, "mesh 1, primitive 0: the bytes of buffer 1 are not set");
   auto error = init<psplit_error>();
-  EXPECT_EQ(psplit_gltf_set_buffer(gltf, 2, file.second.data(), file.second.size(), &error), PSPLIT_ERROR_USAGE);
+  EXPECT_EQ(psplit_gltf_set_buffer(gltf, 2, file.second.data(), file.second.size(), &error),
+            PSPLIT_ERROR_USAGE);
   EXPECT_EQ(psplit_gltf_set_buffer(gltf, 1, nullptr, 1, &error), PSPLIT_ERROR_USAGE);
   EXPECT_EQ(psplit_gltf_set_buffer(gltf, 1, file.second.data(), file.second.size() - 1, &error),
             PSPLIT_ERROR_INVALID_INPUT);
@@ -202,7 +206,8 @@ TEST(CGltf, ContradictionsAreErrorsOfThePrimitive) {
   const std::string count = "\"count\":" + std::to_string(gltf_sample().patches.mesh.point_count);
   EXPECT_TRUE(contains(error_of(count, "\"count\":0", 0, 1), "the accessor of POSITION is empty"));
   EXPECT_TRUE(contains(error_of(count, "\"count\":7", 0, 1), "has another count than others"));
-  EXPECT_TRUE(contains(error_of("\"indices\":", "\"mode\":5,\"indices\":", 0, 1), "its mode is not that of triangles"));
+  EXPECT_TRUE(
+      contains(error_of("\"indices\":", "\"mode\":5,\"indices\":", 0, 1), "its mode is not that of triangles"));
   EXPECT_TRUE(contains(error_of("{\"bufferView\":0", "{\"view\":0", 0, 1), "bufferView"));
   EXPECT_TRUE(contains(error_of("\"buffer\":0,\"byteLength\":", "\"buffer\":0,\"byteLength\":9", 0, 1),
                        "the file: buffer view 0 reaches past its buffer"));

@@ -99,9 +99,8 @@ TEST(CUsage, StructsThatAreReadHaveTheirSize) {
   const psplit_mesh_info info = info_of(mesh.get());
   Buffers memory(grid_sample().requests, info.point_count, info.face_count);
   CBuffers buffers(memory.out);
-  expect_read(buffers.buffers, [&](const psplit_buffers* out) {
-    return psplit_mesh_decode(mesh.get(), out, nullptr, nullptr);
-  });
+  expect_read(buffers.buffers,
+              [&](const psplit_buffers* out) { return psplit_mesh_decode(mesh.get(), out, nullptr, nullptr); });
   expect_read(buffers.attributes[0], [&](const psplit_attribute_buffer* attribute) {
     psplit_buffers out = buffers.buffers;
     out.attributes = attribute;
@@ -289,7 +288,8 @@ TEST(CUsage, BuffersMustFit) {
            [](Out, Attribute attribute) { --attribute.size; });
     expect(PSPLIT_ERROR_USAGE, "the buffer of POSITION has no room",
            [](Out, Attribute attribute) { attribute.stride = SIZE_MAX; });
-    expect(PSPLIT_ERROR_USAGE, "the stride of POSITION", [](Out, Attribute attribute) { attribute.stride = 11; });
+    expect(PSPLIT_ERROR_USAGE, "the stride of POSITION",
+           [](Out, Attribute attribute) { attribute.stride = 11; });
     expect(PSPLIT_ERROR_USAGE, "is null", [](Out, Attribute attribute) { attribute.data = nullptr; });
     expect(PSPLIT_ERROR_USAGE, "`reserved`", [](Out, Attribute attribute) { attribute.reserved = 1; });
     expect(PSPLIT_ERROR_USAGE, "`reserved`", [](Out out, Attribute) { out.reserved = 1; });
@@ -297,9 +297,8 @@ TEST(CUsage, BuffersMustFit) {
     expect(PSPLIT_ERROR_USAGE, "is null", [](Out out, Attribute) { out.indices = nullptr; });
     expect(PSPLIT_ERROR_USAGE, "no room for",
            [](Out out, Attribute) { out.indices = nullptr, out.indices_size = 0; });
-    expect(PSPLIT_ERROR_USAGE, "not aligned", [](Out out, Attribute) {
-      out.indices = static_cast<char*>(out.indices) + 1;
-    });
+    expect(PSPLIT_ERROR_USAGE, "not aligned",
+           [](Out out, Attribute) { out.indices = static_cast<char*>(out.indices) + 1; });
     expect(PSPLIT_ERROR_USAGE, "indices of 1 bytes", [](Out out, Attribute) { out.index_size = 1; });
     expect(PSPLIT_ERROR_USAGE, "buffers for", [](Out out, Attribute) { out.attribute_count = 7; });
     expect(PSPLIT_ERROR_USAGE, "psplit_attribute_buffer is null",
@@ -329,8 +328,9 @@ TEST(CUsage, ThreadsHaveALimit) {
 
 TEST(CUsage, CodesHaveNames) {
   std::set<std::string> names;
-  for (const psplit_code code : {PSPLIT_OK, PSPLIT_ERROR_USAGE, PSPLIT_ERROR_INVALID_INPUT, PSPLIT_ERROR_FAILURE,
-                                 PSPLIT_ERROR_UNSUPPORTED, PSPLIT_ERROR_CANCELLED, PSPLIT_ERROR_NO_MEMORY})
+  for (const psplit_code code :
+       {PSPLIT_OK, PSPLIT_ERROR_USAGE, PSPLIT_ERROR_INVALID_INPUT, PSPLIT_ERROR_FAILURE,
+        PSPLIT_ERROR_UNSUPPORTED, PSPLIT_ERROR_CANCELLED, PSPLIT_ERROR_NO_MEMORY})
     names.insert(psplit_code_name(code));
   EXPECT_EQ(names.size(), 7u);
   EXPECT_STREQ(psplit_code_name(1234), "unknown");

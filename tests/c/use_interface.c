@@ -1,17 +1,17 @@
-/* use_interface FILE.glb: every function of the interface, as a program in C calls it. FILE has one mesh of patches with
-   positions and texture coordinates. */
-#include "psplit/psplit.h"
-
+/* use_interface FILE.glb: every function of the interface, as a program in C calls it. FILE has one mesh of
+   patches with positions and texture coordinates. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#define CHECK(condition)                                             \
-  do {                                                               \
-    if (!(condition)) {                                              \
-      fprintf(stderr, "line %d: %s\n", __LINE__, #condition);        \
-      exit(1);                                                       \
-    }                                                                \
+#include "psplit/psplit.h"
+
+#define CHECK(condition)                                      \
+  do {                                                        \
+    if (!(condition)) {                                       \
+      fprintf(stderr, "line %d: %s\n", __LINE__, #condition); \
+      exit(1);                                                \
+    }                                                         \
   } while (0)
 #define OK(call) CHECK((call) == PSPLIT_OK)
 
@@ -92,7 +92,8 @@ static vertex* decode(const psplit_mesh* mesh, uint32_t* point_count, uint16_t**
   psplit_stop_free(stop);
   psplit_pool_free(pool);
   for (i = 0; i < 3 * info.face_count; ++i) CHECK((*indices)[i] < info.point_count);
-  for (i = 0; i < info.point_count; ++i) CHECK(vertices[i].untouched[0] == 0xa5 && vertices[i].untouched[3] == 0xa5);
+  for (i = 0; i < info.point_count; ++i)
+    CHECK(vertices[i].untouched[0] == 0xa5 && vertices[i].untouched[3] == 0xa5);
   free(attributes);
   *point_count = info.point_count;
   *face_count = info.face_count;
@@ -170,7 +171,8 @@ static void encode(const vertex* vertices, uint32_t point_count, const uint16_t*
   CHECK(decoded_points == info.point_count && decoded_faces == info.face_count && decoded_faces == face_count);
   for (i = 0; i < decoded_points; ++i) {
     const vertex* const before = &vertices[info.source_points[i]];
-    for (c = 0; c < 3; ++c) CHECK(fabsf(decoded[i].position[c] - before->position[c]) <= quantization.range / 65535);
+    for (c = 0; c < 3; ++c)
+      CHECK(fabsf(decoded[i].position[c] - before->position[c]) <= quantization.range / 65535);
     CHECK(memcmp(decoded[i].texcoord, before->texcoord, sizeof(before->texcoord)) == 0);
   }
   psplit_encoded_free(encoded);
