@@ -24,14 +24,13 @@
 //            also that of results. A larger struct than the library knows must be zero beyond what it knows.
 //            All elements of an array have the size of the first. `reserved` members are 0.
 // Handles    Each is made by a function with a `psplit_..._free`, which takes NULL too. They may be freed in
-// any
-//            order: each keeps what it needs of others. Functions that return a number take NULL for an object
-//            without content.
+//            any order: each keeps what it needs of others. Functions that return a number take NULL for an
+//            object without content.
 // Errors     A function that can fail returns a psplit_code. If `error`, which may be NULL, is given, it gets
-//            the code and a sentence with its place. PSPLIT_ERROR_USAGE is also the code of null pointers,
-//            sizes that are too small, and buffers that do not fit. After an error, handles to be returned are
-//            NULL, other results are not set, and buffers may hold anything. Nothing is written outside of
-//            them.
+//            the code and a sentence with its place; after success, PSPLIT_OK and no text. PSPLIT_ERROR_USAGE
+//            is also the code of null pointers, sizes that are too small, and buffers that do not fit. After an
+//            error, handles to be returned are NULL, other results are not set, and buffers may hold anything.
+//            Nothing is written outside of them.
 // Bytes      Bytes to be decoded may be anything. Memory is taken in proportion to them: at most 64 MiB, and
 //            4096 bytes for each byte.
 // Lifetime   The library reads the caller's bytes until the last handle that was made of them is freed, unless
@@ -424,8 +423,8 @@ PSPLIT_API void psplit_encode_options_init(psplit_encode_options* options);
 typedef struct psplit_encoded psplit_encoded;
 
 // Encodes a triangle mesh. `options` may be NULL: the defaults. The bytes are the same for any number of
-// threads. Draco drops faces that repeat an index and points that no face uses, and reorders the others;
-// patches keep all of them, in another order.
+// threads. Faces and points get another order. Draco drops faces that repeat an index and points that no
+// face uses; patches keep them, and merge points that are equal in everything, as the flags say.
 PSPLIT_API psplit_code psplit_encode(const psplit_encode_source* source, const psplit_encode_options* options,
                                      psplit_encoded** encoded, psplit_error* error);
 PSPLIT_API void psplit_encoded_free(psplit_encoded* encoded);

@@ -31,7 +31,7 @@ size_t fitting_bytes(const char* text, size_t size, size_t room) {
 }
 
 void set_error(psplit_error* error, psplit_code code, const Place& place, const char* text, size_t size) {
-  if (error == nullptr || error->struct_size < kFirstSize<psplit_error>) return;
+  if (error == nullptr || !is_size_of<psplit_error>(error->struct_size)) return;
   psplit_error value{};
   value.code = code;
   value.mesh = place.mesh;
@@ -52,7 +52,7 @@ psplit_code report(const Status& status, psplit_error* error) {
 
 psplit_code report_no_memory(psplit_error* error) noexcept {
   static constexpr char kText[] = "there is not enough memory";
-  if (error != nullptr && error->struct_size >= kFirstSize<psplit_error>) {
+  if (error != nullptr && is_size_of<psplit_error>(error->struct_size)) {
     error->code = PSPLIT_ERROR_NO_MEMORY;
     error->mesh = error->primitive = error->patch = -1;
     std::memcpy(error->text, kText, sizeof(kText));

@@ -32,13 +32,19 @@ namespace psplit::c {
 template <typename Struct>
 inline constexpr uint32_t kFirstSize = sizeof(Struct);
 
+// Whether a caller's struct may have that size. Elements of an array are aligned.
+template <typename Struct>
+bool is_size_of(uint32_t size) {
+  return size >= kFirstSize<Struct> && size % alignof(Struct) == 0;
+}
+
 // A copy of a caller's struct; members that its version does not have are 0. `name` is for errors.
 template <typename Struct>
 Expected<Struct> read_struct(const Struct* from, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
   if (from == nullptr) return wrong_usage(std::string(name) + " is null");
   const uint32_t size = from->struct_size;
-  if (size < kFirstSize<Struct>)
+  if (!is_size_of<Struct>(size))
     return wrong_usage(std::string(name) + " has the struct_size " + std::to_string(size));
   const auto* bytes = reinterpret_cast<const unsigned char*>(from);
   for (size_t i = sizeof(Struct); i < size; ++i)
@@ -53,7 +59,7 @@ template <typename Struct>
 Status write_struct(Struct* to, Struct value, const char* name) {
   if (to == nullptr) return wrong_usage(std::string(name) + " is null");
   const uint32_t size = to->struct_size;
-  if (size < kFirstSize<Struct>)
+  if (!is_size_of<Struct>(size))
     return wrong_usage(std::string(name) + " has the struct_size " + std::to_string(size));
   value.struct_size = size;
   std::memcpy(to, &value, std::min<size_t>(size, sizeof(Struct)));

@@ -67,7 +67,9 @@ foreach(component IN LISTS components)
   target_compile_definitions(${package} PUBLIC $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_SHARED>)
   target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  target_link_options(${package} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
+  if(PSPLIT_SANITIZE)
+    target_link_options(${package} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
+  endif()
 endforeach()
 
 # A library that has no CMake package is found again by psplit-config.cmake, as psplit::<name>.
@@ -105,7 +107,9 @@ endif()
 # psplit::c, for C and other languages: always a shared library, with the objects of its own that it needs. It exports what
 # c/psplit.map names, with versions. libextern_draco.so, for Blender, has its own list.
 function(psplit_export_only target map)
-  target_link_options(${target} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
+  if(PSPLIT_SANITIZE)
+    target_link_options(${target} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
+  endif()
   if(UNIX AND NOT APPLE)
     target_link_options(${target} PRIVATE -Wl,--version-script=${map})
     set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})

@@ -32,7 +32,8 @@ uint32_t next_id(const Mesh& mesh, const std::string& semantic) {
 
 bool is_normalized(const std::string& semantic, ComponentType type) {
   if (type == ComponentType::kFloat32) return false;
-  return semantic.starts_with("COLOR_") || semantic.starts_with("TEXCOORD_") || semantic.starts_with("WEIGHTS_");
+  return semantic.starts_with("COLOR_") || semantic.starts_with("TEXCOORD_") ||
+         semantic.starts_with("WEIGHTS_");
 }
 
 uint32_t set_attribute(Encoder& encoder, const char* name, size_t component_type, const char* data_type,
@@ -75,9 +76,8 @@ bool encode(Encoder& encoder, bool keeps_order) {
   if (!check_mesh(encoder.mesh, codings).ok()) return false;
   round_weights(encoder.mesh, codings);
   const int speed = 10 - static_cast<int>(std::min(encoder.level, 10u));
-  Expected<StockStream> stream =
-      keeps_order ? encode_stock_sequential(encoder.mesh, codings, speed)
-                  : encode_stock_stream(encoder.mesh, codings, speed);
+  Expected<StockStream> stream = keeps_order ? encode_stock_sequential(encoder.mesh, codings, speed)
+                                             : encode_stock_stream(encoder.mesh, codings, speed);
   if (!stream) return false;
   encoder.stream = std::move(*stream);
   return true;
@@ -100,8 +100,8 @@ void encoderRelease(Encoder* encoder) { delete encoder; }
 void encoderSetCompressionLevel(Encoder* encoder, uint32_t compressionLevel) {
   if (encoder != nullptr) encoder->level = compressionLevel;
 }
-void encoderSetQuantizationBits(Encoder* encoder, uint32_t position, uint32_t normal, uint32_t uv, uint32_t color,
-                                uint32_t generic) {
+void encoderSetQuantizationBits(Encoder* encoder, uint32_t position, uint32_t normal, uint32_t uv,
+                                uint32_t color, uint32_t generic) {
   using psplit::blender::bits_of;
   if (encoder != nullptr)
     encoder->bits = {bits_of(position), bits_of(normal), bits_of(uv), bits_of(color), bits_of(generic)};
@@ -134,8 +134,9 @@ uint32_t encoderGetEncodedVertexCount(Encoder* encoder) {
   return encoder == nullptr || !encoder->stream ? 0 : encoder->stream->decoded.point_count;
 }
 uint32_t encoderGetEncodedIndexCount(Encoder* encoder) {
-  return encoder == nullptr || !encoder->stream ? 0
-                                                : static_cast<uint32_t>(3 * encoder->stream->decoded.faces.size());
+  return encoder == nullptr || !encoder->stream
+             ? 0
+             : static_cast<uint32_t>(3 * encoder->stream->decoded.faces.size());
 }
 uint64_t encoderGetByteLength(Encoder* encoder) {
   return encoder == nullptr || !encoder->stream ? 0 : encoder->stream->bytes.size();

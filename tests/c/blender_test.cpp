@@ -73,8 +73,8 @@ void expect_libdracos(const std::vector<uint8_t>& stream) {
     if (element_type.empty()) continue;
     for (const ComponentType type : {ComponentType::kInt8, ComponentType::kUint8, ComponentType::kInt16,
                                      ComponentType::kUint16, ComponentType::kUint32, ComponentType::kFloat32}) {
-      const AttributeRequest request{"", attribute.unique_id, type, static_cast<uint8_t>(attribute.component_count),
-                                     false};
+      const AttributeRequest request{"", attribute.unique_id, type,
+                                     static_cast<uint8_t>(attribute.component_count), false};
       const Expected<Mesh> mesh = decode_draco_stream(stream, {&request, 1});
       const auto values = read_attribute_of(decoder.get(), attribute.unique_id, type, element_type);
       ASSERT_EQ(values.has_value(), mesh.ok()) << static_cast<int>(type);
@@ -168,8 +168,8 @@ Encoding encode_as_blender(const Mesh& mesh, bool keeps_order) {
   for (const Attribute& attribute : mesh.attributes) {
     std::string name = attribute.semantic, type = element_type_of(attribute.component_count);
     Array<std::byte> values = attribute.values;
-    encoding.ids.push_back(encoderSetAttribute(encoder, name.data(), static_cast<size_t>(attribute.component_type),
-                                               type.data(), values.data()));
+    encoding.ids.push_back(encoderSetAttribute(
+        encoder, name.data(), static_cast<size_t>(attribute.component_type), type.data(), values.data()));
   }
   std::vector<std::array<uint32_t, 3>> faces(mesh.faces.begin(), mesh.faces.end());
   encoderSetIndices(encoder, 5125, static_cast<uint32_t>(3 * faces.size()), faces.data());
@@ -189,9 +189,10 @@ TEST(Blender, EncodesWhatTheEncoderEncodes) {
       const Encoding encoding = encode_as_blender(mesh, keeps_order);
       Mesh coded = mesh;
       for (Attribute& attribute : coded.attributes)
-        attribute.normalized = attribute.component_type != ComponentType::kFloat32 &&
-                               (attribute.semantic.starts_with("COLOR_") || attribute.semantic.starts_with("TEXCOORD_") ||
-                                attribute.semantic.starts_with("WEIGHTS_"));
+        attribute.normalized =
+            attribute.component_type != ComponentType::kFloat32 &&
+            (attribute.semantic.starts_with("COLOR_") || attribute.semantic.starts_with("TEXCOORD_") ||
+             attribute.semantic.starts_with("WEIGHTS_"));
       CodingOptions bits;
       bits.color_bits = 10;
       const std::vector<AttributeCoding> codings = choose_codings(coded, bits);
@@ -204,7 +205,8 @@ TEST(Blender, EncodesWhatTheEncoderEncodes) {
       const StockStream expected = must(keeps_order ? encode_stock_sequential(coded, codings, 4)
                                                     : encode_stock_stream(coded, codings, 4));
       EXPECT_EQ(encoding.bytes, expected.bytes);
-      for (size_t k = 0; k < encoding.ids.size(); ++k) EXPECT_EQ(encoding.ids[k], expected.requests[k].unique_id);
+      for (size_t k = 0; k < encoding.ids.size(); ++k)
+        EXPECT_EQ(encoding.ids[k], expected.requests[k].unique_id);
       const RawMesh decoded = must(decode_with_libdraco(encoding.bytes));
       EXPECT_EQ(encoderGetEncodedVertexCount(encoding.encoder.get()), decoded.point_count);
       EXPECT_EQ(encoderGetEncodedIndexCount(encoding.encoder.get()), 3 * decoded.faces.size());
@@ -251,12 +253,18 @@ TEST(Blender, WrongArgumentsAreNotEncoded) {
   EXPECT_FALSE(is_encoded([&](Encoder* e, Values) { encoderSetIndices(e, 5126, 3, outside.data()); }));
   EXPECT_FALSE(is_encoded([&](Encoder* e, Values) { encoderSetIndices(e, 5123, 3, nullptr); }));
   EXPECT_FALSE(is_encoded([&](Encoder* e, Values) { encoderSetIndices(e, 5123, 0, nullptr); }));
-  EXPECT_FALSE(is_encoded([&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5124, scalar.data(), v.data()); }));
-  EXPECT_FALSE(is_encoded([&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5126, unknown.data(), v.data()); }));
-  EXPECT_FALSE(is_encoded([&](Encoder* e, Values) { encoderSetAttribute(e, name.data(), 5126, scalar.data(), nullptr); }));
-  EXPECT_FALSE(is_encoded([&](Encoder* e, Values v) { encoderSetAttribute(e, nullptr, 5126, scalar.data(), v.data()); }));
-  EXPECT_FALSE(is_encoded([&](Encoder* e, Values v) { encoderSetAttribute(e, position.data(), 5126, vec3.data(), v.data()); }));
-  EXPECT_TRUE(is_encoded([&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5126, scalar.data(), v.data()); }));
+  EXPECT_FALSE(is_encoded(
+      [&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5124, scalar.data(), v.data()); }));
+  EXPECT_FALSE(is_encoded(
+      [&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5126, unknown.data(), v.data()); }));
+  EXPECT_FALSE(is_encoded(
+      [&](Encoder* e, Values) { encoderSetAttribute(e, name.data(), 5126, scalar.data(), nullptr); }));
+  EXPECT_FALSE(is_encoded(
+      [&](Encoder* e, Values v) { encoderSetAttribute(e, nullptr, 5126, scalar.data(), v.data()); }));
+  EXPECT_FALSE(is_encoded(
+      [&](Encoder* e, Values v) { encoderSetAttribute(e, position.data(), 5126, vec3.data(), v.data()); }));
+  EXPECT_TRUE(is_encoded(
+      [&](Encoder* e, Values v) { encoderSetAttribute(e, name.data(), 5126, scalar.data(), v.data()); }));
   EXPECT_TRUE(is_encoded([&](Encoder* e, Values) { encoderSetQuantizationBits(e, 99, 1, 0, 0, 0); }));
   EXPECT_TRUE(is_encoded([&](Encoder* e, Values) { encoderSetCompressionLevel(e, 99); }));
   EXPECT_FALSE(encoderEncode(nullptr, 0));

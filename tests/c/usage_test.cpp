@@ -37,7 +37,8 @@ template <typename Struct, typename Call>
 void expect_sizes(const Struct& right, Call call) {
   Struct made = right;
   EXPECT_EQ(call(&made), PSPLIT_OK);
-  for (const uint32_t size : {0u, 4u, static_cast<uint32_t>(sizeof(Struct) - 1)}) {
+  for (const uint32_t size :
+       {0u, 4u, static_cast<uint32_t>(sizeof(Struct) - 1), static_cast<uint32_t>(sizeof(Struct) + 1)}) {
     made = right;
     made.struct_size = size;
     EXPECT_EQ(call(&made), PSPLIT_ERROR_USAGE) << size;

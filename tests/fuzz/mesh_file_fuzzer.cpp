@@ -3,6 +3,7 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);

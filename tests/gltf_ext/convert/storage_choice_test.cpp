@@ -13,6 +13,7 @@
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

@@ -10,6 +10,7 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 

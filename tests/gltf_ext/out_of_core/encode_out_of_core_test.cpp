@@ -13,6 +13,7 @@
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"

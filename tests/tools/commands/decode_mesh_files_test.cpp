@@ -2,6 +2,7 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {
