@@ -180,7 +180,7 @@ namespace {
 template <typename IsWanted>
 int32_t find_attribute(const psplit_mesh* mesh, IsWanted is_wanted) {
   if (mesh == nullptr) return -1;
-  const auto found = std::ranges::find_if(mesh->attributes, is_wanted);
+  const auto found = std::find_if(mesh->attributes.begin(), mesh->attributes.end(), is_wanted);
   return found == mesh->attributes.end() ? -1 : static_cast<int32_t>(found - mesh->attributes.begin());
 }
 
