@@ -5,7 +5,7 @@
 
 set(components decoder cuda)
 set(headers
-    src/psplit.h src/export.h src/span.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
+    src/psplit.hpp src/export.h src/span.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
     src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
     src/loader/loader.h decoder_cuda/psplit_cuda.h libdraco/draco_decoder.h)
 if(PSPLIT_HAS_TINYGLTF)
@@ -28,16 +28,20 @@ endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
 set(encoder_objects psplit_encoder psplit_partition)
-set(gltf_objects psplit_gltf psplit_json)
+set(gltf_objects psplit_gltf psplit_records psplit_json)
 
-# All headers lie under psplit/: src/psplit.h is <psplit/psplit.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
-# libdraco/ is left out, too.
+if(PSPLIT_BUILD_C)
+  list(APPEND headers c/psplit.h)
+endif()
+
+# All headers lie under psplit/: src/psplit.hpp is <psplit/psplit.hpp>, c/psplit.h <psplit/psplit.h>,
+# libdraco/draco_decoder.h <psplit/draco_decoder.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
 foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
   string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
   string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
   string(REGEX REPLACE "src/([a-z0-9_/]+\\.h)" "\\1" text "${text}") # in comments
-  string(REGEX REPLACE "^(src|libdraco)/" "" installed ${header})
+  string(REGEX REPLACE "^(src|c|libdraco)/" "" installed ${header})
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
 endforeach()
@@ -63,7 +67,9 @@ foreach(component IN LISTS components)
   target_compile_definitions(${package} PUBLIC $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_SHARED>)
   target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  target_link_options(${package} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
+  if(PSPLIT_SANITIZE)
+    target_link_options(${package} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
+  endif()
 endforeach()
 
 # A library that has no CMake package is found again by psplit-config.cmake, as psplit::<name>.
@@ -96,4 +102,56 @@ if(PSPLIT_BUILD_ENCODER)
                         PRIVATE meshoptimizer::meshoptimizer ZLIB::ZLIB)
   psplit_link_hidden(psplit_gltf_package psplit_encoder psplit_decoder)
   psplit_link_found(psplit_gltf_package psplit_xxhash_package xxhash_library)
+endif()
+
+# psplit::c, for C and other languages: always a shared library, with the objects of its own that it needs. It exports what
+# c/psplit.map names, with versions. libextern_draco.so, for Blender, has its own list.
+function(psplit_export_only target map)
+  if(PSPLIT_SANITIZE)
+    target_link_options(${target} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
+  endif()
+  if(UNIX AND NOT APPLE)
+    target_link_options(${target} PRIVATE -Wl,--version-script=${map})
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})
+  endif()
+endfunction()
+if(PSPLIT_BUILD_C)
+  set(c_objects psplit_c psplit_records psplit_json psplit_decoder)
+  set(blender_objects)
+  if(PSPLIT_BUILD_ENCODER)
+    list(APPEND c_objects psplit_encoder psplit_partition)
+    set(blender_objects psplit_blender psplit_decoder psplit_encoder psplit_partition)
+    add_library(psplit_blender_package MODULE)
+    target_link_libraries(psplit_blender_package PRIVATE psplit_draco_package TBB::tbb Threads::Threads)
+    set_target_properties(psplit_blender_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME extern_draco PREFIX lib
+                          LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+    psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/c/blender/bridge.map)
+  endif()
+  add_library(psplit_c_package SHARED)
+  add_library(psplit::c ALIAS psplit_c_package)
+  foreach(tree IN LISTS c_objects)
+    target_sources(psplit_c_package PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
+  foreach(tree IN LISTS blender_objects)
+    target_sources(psplit_blender_package PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
+  set(objects ${c_objects} ${blender_objects})
+  list(REMOVE_DUPLICATES objects)
+  foreach(tree IN LISTS objects)
+    set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+                          POSITION_INDEPENDENT_CODE ON)
+    # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
+    target_compile_options(${tree} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-semantic-interposition>)
+  endforeach()
+  # The number of the interface, not of the project.
+  set_target_properties(psplit_c_package PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME c OUTPUT_NAME psplit
+                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
+                        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package VERSION 0.1 SOVERSION 0)
+  target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(psplit_c_package PRIVATE TBB::tbb Threads::Threads)
+  if(PSPLIT_BUILD_ENCODER)
+    target_link_libraries(psplit_c_package PRIVATE $<BUILD_INTERFACE:psplit_draco_package>)
+  endif()
+  psplit_export_only(psplit_c_package ${PROJECT_SOURCE_DIR}/c/psplit.map)
 endif()

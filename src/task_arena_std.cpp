@@ -32,8 +32,8 @@ struct Job {
   const std::function<void(size_t)>& body;
   std::atomic<size_t> next{0};
   std::atomic<bool> has_failed{false};
-  std::exception_ptr error{};           // of the one that failed first; read when nobody helps any more
-  int helpers = 0;                      // changes under the arena's lock, like the list of jobs
+  std::exception_ptr error{};  // of the one that failed first; read when nobody helps any more
+  int helpers = 0;             // changes under the arena's lock, like the list of jobs
   std::condition_variable helper_left{};
 };
 
@@ -52,7 +52,8 @@ struct TaskArena::Threads {
   }
 
   Job* find_job() const {
-    const auto found = std::find_if(jobs.rbegin(), jobs.rend(), [](const Job* job) { return job->has_tasks(); });
+    const auto found =
+        std::find_if(jobs.rbegin(), jobs.rend(), [](const Job* job) { return job->has_tasks(); });
     return found == jobs.rend() ? nullptr : *found;
   }
   void help() {

@@ -33,14 +33,17 @@ AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bo
   return grid.ok() ? std::move(*grid) : AttributeCoding{};
 }
 
+AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,
+                              const std::set<std::string>& exact) {
+  const int bits = wanted_bits(attribute, options, exact);
+  if (bits > 0) trim_noise(attribute);
+  return choose_coding(attribute, bits == 0 ? CodingBounds() : bounds_of(attribute, bits), bits);
+}
+
 std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
                                             const std::set<std::string>& exact) {
   std::vector<AttributeCoding> codings;
-  for (Attribute& attribute : mesh.attributes) {
-    const int bits = wanted_bits(attribute, options, exact);
-    if (bits > 0) trim_noise(attribute);
-    codings.push_back(choose_coding(attribute, bits == 0 ? CodingBounds() : bounds_of(attribute, bits), bits));
-  }
+  for (Attribute& attribute : mesh.attributes) codings.push_back(choose_coding(attribute, options, exact));
   return codings;
 }
 

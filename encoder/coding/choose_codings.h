@@ -27,6 +27,10 @@ PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& o
 // that no grid can hold are kept exactly: values that are not finite, and normals that are not unit vectors.
 PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits);
 
+// The coding of an attribute with a grid of its own, as choose_codings chooses it.
+PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,
+                                            const std::set<std::string>& exact = {});
+
 // The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
 // that encoding drops.
 //

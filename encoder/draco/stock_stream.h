@@ -24,5 +24,8 @@ struct StockStream {
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                           int encode_speed);
+// The same as a sequential stream, which keeps all faces and points, and their order.
+Expected<StockStream> encode_stock_sequential(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                              int encode_speed);
 
 }  // namespace psplit

@@ -1,6 +1,7 @@
 #include "gltf_ext/document/asset_records.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
@@ -284,8 +285,8 @@ class RecordReader {
 }  // namespace
 
 const char* type_name(const ElementLayout& layout) {
-  return std::ranges::find_if(
-             kShapes,
+  return std::find_if(
+             std::begin(kShapes), std::end(kShapes),
              [&](const Shape& shape) { return shape.rows == layout.rows && shape.columns == layout.columns; })
       ->name;
 }
@@ -298,11 +299,14 @@ std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t com
 }
 
 bool DracoRecord::stores(const std::string& semantic) const {
-  return std::ranges::find(requests, semantic, &AttributeRequest::semantic) != requests.end();
+  return std::any_of(requests.begin(), requests.end(),
+                     [&](const AttributeRequest& request) { return request.semantic == semantic; });
 }
 
 int64_t PrimitiveRecord::accessor_of(const std::string& semantic) const {
-  const auto found = std::ranges::find(attributes, semantic, &AttributeRecord::semantic);
+  const auto found = std::find_if(attributes.begin(), attributes.end(), [&](const AttributeRecord& attribute) {
+    return attribute.semantic == semantic;
+  });
   return found == attributes.end() ? -1 : found->accessor;
 }
 
@@ -320,7 +324,8 @@ uint64_t AssetRecords::faces_of(const PrimitiveRecord& primitive) const {
 bool AssetRecords::has_plain_data(const PrimitiveRecord& primitive) const {
   const auto has_view = [&](int64_t index) { return index >= 0 && accessor(index).has_view(); };
   return has_view(primitive.indices) &&
-         std::ranges::all_of(primitive.attributes, has_view, &AttributeRecord::accessor);
+         std::all_of(primitive.attributes.begin(), primitive.attributes.end(),
+                     [&](const AttributeRecord& attribute) { return has_view(attribute.accessor); });
 }
 
 std::optional<BufferRange> range_in_memory(const Document& document, const Json& view) {

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
@@ -94,7 +95,13 @@ struct AttributeRecord {
   std::string semantic;
   int64_t accessor = -1;
 
-  auto operator<=>(const AttributeRecord&) const = default;
+  // Not by <=>, which strings do not have in every standard library.
+  friend bool operator==(const AttributeRecord& a, const AttributeRecord& b) {
+    return a.semantic == b.semantic && a.accessor == b.accessor;
+  }
+  friend bool operator<(const AttributeRecord& a, const AttributeRecord& b) {
+    return std::tie(a.semantic, a.accessor) < std::tie(b.semantic, b.accessor);
+  }
 };
 using AttributeRecords = std::vector<AttributeRecord>;  // in the order of the JSON
 

@@ -1,12 +1,11 @@
 // decode_draco FILE.drc: decodes a stock Draco mesh stream, and prints its contents. KHR_draco_mesh_compression
 // stores the same streams: print_model is an example with tinygltf, and <psplit/loader/loader.h> decodes many
 // of them at once into the caller's memory.
-#include <psplit/psplit.h>
-
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <psplit/psplit.hpp>
 
 int main(int argc, char** argv) {
   if (argc != 2) {

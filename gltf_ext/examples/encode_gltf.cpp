@@ -4,10 +4,10 @@
 #include <psplit/gltf_ext/convert/encode_document.h>
 #include <psplit/gltf_ext/document/document.h>
 #include <psplit/gltf_ext/document/write_document.h>
-#include <psplit/psplit.h>
 
 #include <cstdlib>
 #include <iostream>
+#include <psplit/psplit.hpp>
 
 namespace {
 

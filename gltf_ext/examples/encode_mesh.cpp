@@ -1,11 +1,11 @@
 // encode_mesh [PATCHES]: encodes a mesh from memory as a patch container, without glTF, and decodes it again.
 #include <psplit/encoder/coding/choose_codings.h>
 #include <psplit/encoder/encode_mesh.h>
-#include <psplit/psplit.h>
 
 #include <cstdlib>
 #include <cstring>
 #include <iostream>
+#include <psplit/psplit.hpp>
 
 namespace {
 

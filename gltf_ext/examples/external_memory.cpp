@@ -19,12 +19,12 @@
 // cudaDeviceProp::luid with the LUID of the adapter.
 #include <cuda_runtime_api.h>
 #include <psplit/decoder_cuda/psplit_cuda.h>
-#include <psplit/psplit.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <psplit/psplit.hpp>
 #include <vector>
 
 namespace {

@@ -1,7 +1,5 @@
 // one_patch FILE.glb NUMBER: decodes a single patch of the first mesh, and nothing else. It reads the JSON
 // itself, as a loader on top of fastgltf, cgltf or an engine's own parser does.
-#include <psplit/psplit.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <psplit/psplit.hpp>
 
 namespace {
 

@@ -6,17 +6,16 @@
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
+#include "src/loader/check_buffers.h"
 
 namespace psplit {
 
 struct CompressedPrimitive::State {
-  PatchContainer container;
+  std::shared_ptr<const PatchContainer> container;
   std::vector<AttributeRequest> attributes;
 };
 
 namespace {
-
-constexpr uint32_t kMost16BitPoints = 0xffff;  // glTF keeps the largest index for restarts
 
 Status check_attributes(std::span<const AttributeRequest> attributes) {
   for (const AttributeRequest& request : attributes) {
@@ -44,32 +43,12 @@ Status check_counts(const PrimitiveSource& source, const PatchContainer& contain
   return {};
 }
 
-// The buffers with their strides filled in, after a check that they have room for the counts.
 Expected<PrimitiveBuffers> check_buffers(std::span<const AttributeRequest> attributes,
                                          const PrimitiveBuffers& out, uint32_t point_count,
                                          uint32_t face_count) {
-  if (out.index_bytes != 2 && out.index_bytes != 4)
-    return wrong_usage("indices of " + std::to_string(out.index_bytes) + " bytes");
-  if (out.index_bytes == 2 && point_count > kMost16BitPoints)
-    return wrong_usage(std::to_string(point_count) + " points are too many for indices of 2 bytes");
-  if (out.indices.size() / out.index_bytes / 3 < face_count)
-    return wrong_usage("the buffer of indices has no room for " + std::to_string(face_count) + " faces");
-  if (reinterpret_cast<uintptr_t>(out.indices.data()) % out.index_bytes != 0)
-    return wrong_usage("the buffer of indices is not aligned");
-  if (out.attributes.size() != attributes.size())
-    return wrong_usage(std::to_string(out.attributes.size()) + " buffers for " +
-                       std::to_string(attributes.size()) + " attributes");
-  PrimitiveBuffers checked = out;
-  for (size_t k = 0; k < attributes.size(); ++k) {
-    auto& [bytes, stride] = checked.attributes[k];
-    const size_t size = attributes[k].value_bytes(), given = bytes.size();
-    if (stride == 0) stride = size;
-    if (stride < size) return wrong_usage("the stride of " + attributes[k].semantic + " is less than its size");
-    if (point_count > 0 && (given < size || (given - size) / stride < point_count - 1))
-      return wrong_usage("the buffer of " + attributes[k].semantic + " has no room for " +
-                         std::to_string(point_count) + " points");
-  }
-  return checked;
+  std::vector<NamedSize> sizes;
+  for (const AttributeRequest& request : attributes) sizes.push_back({request.semantic, request.value_bytes()});
+  return check_buffers(sizes, out, point_count, face_count);
 }
 
 // A Draco stream as a container of one patch. The number of points of an Edgebreaker stream is the accessors'.
@@ -123,18 +102,26 @@ Expected<CompressedPrimitive> CompressedPrimitive::open(PrimitiveSource source) 
                                     source.bytes.size());
       !status.ok())
     return status;
-  return CompressedPrimitive(
-      std::make_shared<const State>(State{std::move(*container), std::move(source.attributes)}));
+  return CompressedPrimitive(std::make_shared<const State>(
+      State{std::make_shared<const PatchContainer>(std::move(*container)), std::move(source.attributes)}));
 }
 
-const PatchContainer& CompressedPrimitive::container() const { return state_->container; }
+Expected<CompressedPrimitive> CompressedPrimitive::with_attributes(
+    std::vector<AttributeRequest> attributes) const {
+  if (Status status = check_attributes(attributes); !status.ok()) return status;
+  if (Status status = check_results(point_count(), face_count(), attributes, bytes().size()); !status.ok())
+    return status;
+  return CompressedPrimitive(std::make_shared<const State>(State{state_->container, std::move(attributes)}));
+}
+
+const PatchContainer& CompressedPrimitive::container() const { return *state_->container; }
 Span<const uint8_t> CompressedPrimitive::bytes() const { return container().bytes; }
 Compression CompressedPrimitive::compression() const {
   return container().is_stock ? Compression::kDraco : Compression::kPatches;
 }
 uint32_t CompressedPrimitive::point_count() const { return container().point_count(); }
 uint32_t CompressedPrimitive::face_count() const { return container().face_count(); }
-uint32_t CompressedPrimitive::least_index_bytes() const { return point_count() <= kMost16BitPoints ? 2 : 4; }
+uint32_t CompressedPrimitive::least_index_bytes() const { return psplit::least_index_bytes(point_count()); }
 uint64_t CompressedPrimitive::value_bytes(size_t attribute) const {
   return uint64_t{attributes()[attribute].value_bytes()} * point_count();
 }

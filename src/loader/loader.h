@@ -98,6 +98,8 @@ class PSPLIT_EXPORT CompressedPrimitive {
   // Checks the directory and the streams' headers. source.bytes must stay where they are as long as a copy of
   // the result exists.
   static Expected<CompressedPrimitive> open(PrimitiveSource source);
+  // The same opened bytes, of which other attributes are wanted. Errors: those of open.
+  Expected<CompressedPrimitive> with_attributes(std::vector<AttributeRequest> attributes) const;
 
   Span<const uint8_t> bytes() const;
   Compression compression() const;

@@ -5,7 +5,8 @@ that brings its sources, and with pkg-config:
   run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
 --build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
-command and the tests. The project has a folder src of its own, from which no header of ours may be taken.
+command and the tests. The project has a folder src of its own, from which no header of ours may be taken. c/examples is a
+project in C, which finds it and uses pkg-config.
 """
 import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys, tempfile
 
@@ -17,7 +18,11 @@ source = pathlib.Path(options.source)
 
 
 def run(*command, code=0):
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    return run_with(None, *command, code=code)
+
+
+def run_with(variables, *command, code=0):
+    done = subprocess.run([str(part) for part in command], env=variables, capture_output=True, text=True)
     if done.returncode != code:
         sys.exit(f"{' '.join(map(str, command))}\nexits with {done.returncode}:\n{done.stdout[-6000:]}{done.stderr[-6000:]}")
     return done.stdout + done.stderr
@@ -97,26 +102,60 @@ def run_encoders(kind, examples, assets, folder):
     print(f"{kind}: {said.strip()}")
 
 
+def pkg_config_variables(prefix):
+    paths = sorted({str(file.parent) for file in prefix.rglob("psplit*.pc")})
+    return dict(os.environ, PKG_CONFIG_PATH=":".join(paths))
+
+
+def run_c(kind, examples, assets):
+    """The examples in C say the same of a mesh in all its forms."""
+    counts = set()
+    for asset in ("patches", "stock", "drc"):
+        said = run(examples / "decode_glb", assets[asset])
+        expect(f"decode_glb of {asset}", r"^2\d{4} triangles, \d+ points: POSITION from \(", said)
+        counts.add(tuple(re.findall(r"\d+", said)[:2]))
+    if len(counts) != 1:
+        sys.exit(f"{kind}: decode_glb counts {counts}")
+    run(examples / "decode_glb", source / "README.md", code=3)
+    expect("encode_mesh", r"^7 patches, \d+ bytes: 24000 triangles, 12221 points$", run(examples / "encode_mesh", 7))
+    print(f"{kind}: {said.strip()}")
+
+
+def check_c(kind, prefix, folder, assets):
+    """Builds c/examples with the installed library, as a project of CMake in C alone and with pkg-config."""
+    build = folder / "c-examples"
+    run(options.cmake, "-G", "Ninja", "-S", source / "c" / "examples", "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}",
+        "-DCMAKE_C_FLAGS=-Wall -Wextra -pedantic -Werror")
+    run(options.cmake, "--build", build)
+    run_c(f"{kind}, C", build, assets)
+    if not shutil.which("pkg-config"):
+        return
+    build = folder / "c-pkg-config"
+    build.mkdir()
+    flags = run_with(pkg_config_variables(prefix), "pkg-config", "--cflags", "--libs", "psplit").split()
+    library = next(prefix.rglob("libpsplit.so")).parent
+    for name in ("decode_glb", "encode_mesh"):
+        run("cc", "-std=c99", "-o", build / name, source / "c" / "examples" / f"{name}.c", *flags, f"-Wl,-rpath,{library}")
+    run_c(f"{kind}, C, pkg-config", build, assets)
+
+
 def check_pkg_config(kind, prefix, folder, assets):
     """The examples that need neither tinygltf nor CUDA, compiled by pkg-config's flags alone."""
     if not shutil.which("pkg-config"):
         print("pkg-config is not installed: its files are not tested")
         return
     folder.mkdir()
-    paths = sorted({str(file.parent) for file in prefix.rglob("psplit-*.pc")})
-    variables = dict(os.environ, PKG_CONFIG_PATH=":".join(paths))
+    variables = pkg_config_variables(prefix)
     for name, package in (("decode_draco", "psplit-decoder"), ("encode_mesh", "psplit-encoder"), ("encode_gltf", "psplit-gltf")):
-        done = subprocess.run(["pkg-config", "--cflags", "--libs", package], env=variables, capture_output=True, text=True)
-        if done.returncode != 0:
-            sys.exit(f"pkg-config {package}: {done.stderr}")
+        flags = run_with(variables, "pkg-config", "--cflags", "--libs", package)
         library = next(prefix.rglob("libpsplit_decoder.*")).parent
         run(options.compiler, "-std=c++20", "-o", folder / name, source / "gltf_ext" / "examples" / f"{name}.cpp",
-            *done.stdout.split(), f"-Wl,-rpath,{library}")
+            *flags.split(), f"-Wl,-rpath,{library}")
     run(folder / "decode_draco", assets["drc"])
     # libdraco itself is not needed by psplit-decoder, and may be the static library.
-    done = subprocess.run(["pkg-config", "--cflags", "--libs", "psplit-decoder"], env=variables, capture_output=True, text=True)
+    flags = run_with(variables, "pkg-config", "--cflags", "--libs", "psplit-decoder")
     run(options.compiler, "-std=c++20", "-o", folder / "decode_with_libdraco", source / "gltf_ext/examples/decode_with_libdraco.cpp",
-        *done.stdout.split(), "-l:libdraco.a", f"-Wl,-rpath,{library}")
+        *flags.split(), "-l:libdraco.a", f"-Wl,-rpath,{library}")
     run(folder / "decode_with_libdraco", assets["drc"])
     run_encoders(kind + ", pkg-config", folder, assets, folder)
 
@@ -129,6 +168,7 @@ def check(kind, prefix, folder, assets):
     run_examples(kind, folder / "examples", assets)
     run_encoders(kind, folder / "examples", assets, folder)
     check_pkg_config(kind, prefix, folder / "pkg-config", assets)
+    check_c(kind, prefix, folder, assets)
 
 
 def user_flags(folder):
@@ -137,18 +177,21 @@ def user_flags(folder):
 
 def check_headers(prefix):
     """Each installed header compiles alone, in C++17 and C++20 and with each compiler that is here, and its comments name installed
-    headers only."""
+    headers only. psplit.h is C."""
     include = prefix / "include"
-    headers = {path.relative_to(include / "psplit").as_posix(): path.read_text() for path in sorted(include.rglob("*.h"))}
+    headers = {path.relative_to(include / "psplit").as_posix(): path.read_text() for path in sorted(include.rglob("*.h*"))}
     for name, text in headers.items():
         for compiler in {options.compiler, *filter(None, map(shutil.which, ("g++", "clang++")))}:
             for standard in ("c++17", "c++20"):
                 run(compiler, f"-std={standard}", "-fsyntax-only", "-Wall", "-Wextra", "-pedantic", f"-I{include}", "-include",
                     f"psplit/{name}", "-x", "c++", "/dev/null")
-        for word in re.findall(r"//.*?([\w/]+\.h)\b", text):
+        for word in re.findall(r"//.*?([\w/]+\.h(?:pp)?)\b", text):
             wanted = "/" + word.removeprefix("psplit/")
             if word != "tiny_gltf.h" and not any(f"/{header}".endswith(wanted) for header in headers):
                 sys.exit(f"{name} names {word}, which is not installed")
+    for language, standard in (("c", "c99"), ("c", "c17"), ("c++", "c++11")):
+        run(options.compiler, f"-std={standard}", "-fsyntax-only", "-Wall", "-Wextra", "-pedantic", "-Werror", f"-I{include}",
+            "-include", "psplit/psplit.h", "-x", language, "/dev/null")
     print(f"{len(headers)} headers")
 
 
@@ -172,16 +215,18 @@ find_package(psplit REQUIRED COMPONENTS {components})
     expect("gltf without JSON", r"psplit::gltf: no CMake package nlohmann_json was found", gltf)
     if "psplit::encoder:" in gltf:
         sys.exit(f"the encoder is not missing: {gltf}")
-    both = said_without("TBB", "decoder tinygltf meshes encoder")
+    both = said_without("TBB", "decoder tinygltf meshes encoder c")
     expect("without TBB", r"psplit::decoder: no CMake package TBB \(oneTBB\) was found", both)
     expect("without TBB", r"psplit::tinygltf: no CMake package TBB \(oneTBB\) was found", both)
     expect("without TBB", r"psplit::encoder: no CMake package TBB \(oneTBB\) was found", both)
+    if "psplit::c:" in both:
+        sys.exit(f"the library for C needs no TBB: {both}")
     expect("an unknown component", r"psplit::meshes: there is no such component", both)
 
 
 def check_exports(prefix):
     """Shared libraries export only what the installed headers declare, and instances of the standard library's templates."""
-    headers = " ".join(path.read_text() for path in (prefix / "include").rglob("*.h"))
+    headers = " ".join(path.read_text() for path in (prefix / "include").rglob("*.h*"))
     declared = set(re.findall(r"\w+", re.sub(r"//.*", "", headers)))
     for library in sorted((prefix / "lib").rglob("libpsplit_*.so")):
         own = 0

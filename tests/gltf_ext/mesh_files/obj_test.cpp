@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "gltf_ext/mesh_files/mtl.h"
+#include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
 #include "tests/support/test_folder.h"
 

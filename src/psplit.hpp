@@ -1,4 +1,4 @@
-// The public headers of psplit::decoder, in the order in which to read them. `#include <psplit/psplit.h>` is
+// The public headers of psplit::decoder, in the order in which to read them. `#include <psplit/psplit.hpp>` is
 // all that a loader needs.
 //
 // status.h and mesh.h have the types that everything returns: an Expected<T> holds a T or a Status, and a Mesh
