@@ -73,7 +73,7 @@ bool to_integer(const Component& component, DataType from, bool normalized, Data
   }
   bits = static_cast<uint64_t>(component.integer);
   // libdraco compares a signed number of at most 32 bits with the limits as an unsigned one: it always fits.
-  if (to == DataType::kUint32 && is_signed(from) && from != DataType::kInt64) return true;
+  if (to == DataType::kUint32 && is_signed(from) && from <= DataType::kInt32) return true;
   const bool is_large = from == DataType::kUint64 && component.integer < 0;  // above all int64_t
   return is_large ? high == ~uint64_t{0} : component.integer >= low && (component.integer < 0 || bits <= high);
 }

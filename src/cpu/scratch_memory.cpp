@@ -7,18 +7,13 @@
 #include <new>
 
 namespace psplit {
-namespace {
 
-constexpr size_t kHugePage = size_t{1} << 21;
-constexpr std::align_val_t kAlignment{64};
-
-}  // namespace
-
-void FreeScratch::operator()(uint8_t* memory) const { ::operator delete(memory, kAlignment); }
+void FreeScratch::operator()(uint8_t* memory) const { ::operator delete(memory); }
 
 ScratchMemory take_scratch(size_t bytes) {
-  ScratchMemory memory(static_cast<uint8_t*>(::operator new(bytes, kAlignment)));
+  ScratchMemory memory(static_cast<uint8_t*>(::operator new(bytes)));
 #if defined(__linux__)
+  constexpr size_t kHugePage = size_t{1} << 21;
   const auto begin = reinterpret_cast<uintptr_t>(memory.get());
   const uintptr_t first = (begin + kHugePage - 1) / kHugePage * kHugePage,
                   end = (begin + bytes) / kHugePage * kHugePage;

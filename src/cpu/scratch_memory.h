@@ -12,9 +12,9 @@ struct FreeScratch {
 };
 using ScratchMemory = std::unique_ptr<uint8_t[], FreeScratch>;
 
-// Takes `bytes` that are not zeroed, aligned to 64. A block of some megabytes asks for large pages, where the
-// system has them: most of the first decode of a process would be spent on faults of small ones. Throws
-// std::bad_alloc.
+// Takes `bytes` that are not zeroed, aligned for any type. A block of some megabytes asks for large pages,
+// where the system has them: most of the first decode of a process would be spent on faults of small ones.
+// Throws std::bad_alloc.
 ScratchMemory take_scratch(size_t bytes);
 
 }  // namespace psplit
