@@ -26,10 +26,12 @@ endforeach()
 if(TARGET psplit_draco_override)
   install(TARGETS psplit_draco_override LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endif()
-# Blender loads this by its path (docs/c.md).
-if(TARGET psplit_blender_package)
-  install(TARGETS psplit_blender_package LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/psplit)
-endif()
+# Blender and Unity load these by their paths (docs/c.md).
+foreach(plugin psplit_blender_package psplit_unity_package)
+  if(TARGET ${plugin})
+    install(TARGETS ${plugin} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/psplit)
+  endif()
+endforeach()
 
 # pkg-config's files, for builds without CMake: psplit-decoder.pc and so on, and psplit.pc for C. Static libraries name all
 # that they need.

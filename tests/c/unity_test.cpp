@@ -1,0 +1,175 @@
+// The functions for Unity's package give libdraco's values, in Unity's coordinates if they are asked to.
+#include <cstring>
+#include <memory>
+
+#include "c/unity/plugin.h"
+#include "tests/support/draco_clouds.h"
+#include "tests/support/draco_streams.h"
+#include "tests/support/expect.h"
+
+namespace psplit {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+// A decoded mesh, as the package holds it. Null if it does not decode.
+struct UnityMesh {
+  explicit UnityMesh(const Bytes& bytes) {
+    void *decoder = &mesh, *buffer = &mesh;
+    code = DecodeDracoMeshStep1(reinterpret_cast<const char*>(bytes.data()), static_cast<uint32_t>(bytes.size()),
+                                &mesh, &decoder, &buffer);
+    if (code == 0) code = DecodeDracoMeshStep2(&mesh, decoder, buffer);
+  }
+  ~UnityMesh() {
+    ReleaseDracoMesh(&mesh);
+    EXPECT_EQ(mesh, nullptr);
+  }
+  DracoMesh* mesh = nullptr;
+  int32_t code = 0;
+};
+
+// Nothing if the plugin does not give it.
+std::optional<Bytes> data_of(const DracoMesh* mesh, const DracoAttribute* attribute, bool flip, int32_t stride,
+                             size_t component_bytes) {
+  DracoData* data = nullptr;
+  if (!GetAttributeData(mesh, attribute, &data, flip, stride)) return std::nullopt;
+  EXPECT_EQ(data->dataType, attribute->dataType);
+  const auto* begin = static_cast<const uint8_t*>(data->data);
+  const size_t size = static_cast<size_t>(mesh->numVertices) * static_cast<size_t>(stride) * component_bytes;
+  Bytes bytes(begin, begin + size);
+  ReleaseDracoData(&data);
+  EXPECT_EQ(data, nullptr);
+  return bytes;
+}
+
+void expect_equal(const DracoStream& stream, const RawMesh& expected, bool is_cloud) {
+  SCOPED_TRACE(stream.name);
+  const UnityMesh unity(stream.bytes);
+  ASSERT_EQ(unity.code, 0);
+  const DracoMesh* const mesh = unity.mesh;
+  EXPECT_EQ(mesh->isPointCloud, is_cloud);
+  EXPECT_EQ(mesh->numVertices, static_cast<int32_t>(expected.point_count));
+  ASSERT_EQ(mesh->numFaces, static_cast<int32_t>(expected.faces.size()));
+  ASSERT_EQ(mesh->numAttributes, static_cast<int32_t>(expected.attributes.size()));
+  std::vector<std::array<uint32_t, 3>> faces(expected.faces.size() + 1);
+  const auto count = static_cast<uint32_t>(3 * expected.faces.size());
+  EXPECT_TRUE(GetMeshIndices(mesh, 6, faces.data(), count, false));
+  faces.pop_back();
+  EXPECT_TRUE(faces == expected.faces);
+  for (size_t i = 0; i < expected.attributes.size(); ++i) {
+    const RawAttribute& raw = expected.attributes[i];
+    DracoAttribute* attribute = nullptr;
+    ASSERT_TRUE(GetAttribute(mesh, static_cast<int32_t>(i), &attribute));
+    EXPECT_EQ(attribute->attributeType, raw.type);
+    EXPECT_EQ(attribute->dataType, raw.data_type);
+    EXPECT_EQ(attribute->numComponents, raw.component_count);
+    EXPECT_EQ(attribute->uniqueId, static_cast<int32_t>(raw.unique_id));
+    const size_t values = static_cast<size_t>(raw.component_count) * expected.point_count;
+    const size_t component_bytes = values == 0 ? 1 : raw.point_values.size() / values;
+    const auto data = data_of(mesh, attribute, false, raw.component_count, component_bytes);
+    const bool is_given = raw.component_count <= 4 && (raw.data_type <= 6 || raw.data_type == 9);
+    EXPECT_EQ(data.has_value(), is_given);
+    if (data) {
+      EXPECT_TRUE(*data == raw.point_values);
+    }
+    ReleaseDracoAttribute(&attribute);
+    EXPECT_EQ(attribute, nullptr);
+  }
+}
+
+TEST(UnityPlugin, GivesLibdracosMeshes) {
+  for (const DracoStream& stream : small_draco_streams())
+    expect_equal(stream, must(decode_with_libdraco(stream.bytes)), false);
+}
+
+TEST(UnityPlugin, GivesLibdracosPointClouds) {
+  for (const DracoStream& stream : small_draco_clouds())
+    expect_equal(stream, must(decode_cloud_with_libdraco(stream.bytes)), true);
+}
+
+// The first stream that has an attribute of a type.
+const DracoStream& stream_with(int32_t type) {
+  for (const DracoStream& stream : small_draco_streams()) {
+    const UnityMesh unity(stream.bytes);
+    DracoAttribute* attribute = nullptr;
+    if (!GetAttributeByType(unity.mesh, type, 0, &attribute)) continue;
+    const bool is_float = attribute->dataType == 9;
+    ReleaseDracoAttribute(&attribute);
+    if (is_float) return stream;
+  }
+  throw std::runtime_error("no such stream");
+}
+
+TEST(UnityPlugin, TurnsCoordinatesIntoUnitys) {
+  constexpr int32_t kPosition = 0, kTexCoord = 3;
+  for (const int32_t type : {kPosition, kTexCoord}) {
+    const UnityMesh unity(stream_with(type).bytes);
+    DracoAttribute* attribute = nullptr;
+    ASSERT_TRUE(GetAttributeByType(unity.mesh, type, 0, &attribute));
+    DracoAttribute* same = nullptr;
+    ASSERT_TRUE(GetAttributeByUniqueId(unity.mesh, attribute->uniqueId, &same));
+    EXPECT_EQ(same->privateAttribute, attribute->privateAttribute);
+    const int32_t components = attribute->numComponents, stride = components + 1;
+    const Bytes plain = must(data_of(unity.mesh, attribute, false, components, sizeof(float)));
+    const Bytes flipped = must(data_of(unity.mesh, attribute, true, stride, sizeof(float)));
+    for (int32_t point = 0; point < unity.mesh->numVertices; ++point)
+      for (int32_t k = 0; k < stride; ++k) {
+        float expected = 0, seen = 0;
+        if (k < components)
+          std::memcpy(&expected, &plain[sizeof(float) * static_cast<size_t>(point * components + k)], sizeof expected);
+        if (components == 3 && k == 0) expected = -expected;
+        if (components == 2 && k == 1) expected = 1 - expected;
+        std::memcpy(&seen, &flipped[sizeof(float) * static_cast<size_t>(point * stride + k)], sizeof seen);
+        EXPECT_EQ(seen, expected);
+      }
+    ReleaseDracoAttribute(&same);
+    ReleaseDracoAttribute(&attribute);
+  }
+  const UnityMesh unity(stream_with(kPosition).bytes);
+  const auto count = static_cast<uint32_t>(3 * unity.mesh->numFaces);
+  std::vector<uint32_t> plain(count);
+  std::vector<uint16_t> flipped(count);
+  ASSERT_TRUE(GetMeshIndices(unity.mesh, 6, plain.data(), count, false));
+  ASSERT_TRUE(GetMeshIndices(unity.mesh, 4, flipped.data(), count, true));
+  for (size_t corner = 0; corner < count; corner += 3) {
+    EXPECT_EQ(flipped[corner], plain[corner]);
+    EXPECT_EQ(flipped[corner + 1], plain[corner + 2]);
+    EXPECT_EQ(flipped[corner + 2], plain[corner + 1]);
+  }
+}
+
+TEST(UnityPlugin, RefusesWhatItCannotDo) {
+  const Bytes& bytes = stream_with(0).bytes;
+  for (size_t size = 0; size < bytes.size(); size += 3)
+    EXPECT_LT(UnityMesh(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size))).code, 0);
+  UnityMesh unity(bytes);
+  void *decoder = nullptr, *buffer = nullptr;
+  const auto* const data = reinterpret_cast<const char*>(bytes.data());
+  const auto length = static_cast<uint32_t>(bytes.size());
+  EXPECT_EQ(DecodeDracoMeshStep1(data, length, &unity.mesh, &decoder, &buffer), -1);  // not null
+  EXPECT_EQ(DecodeDracoMeshStep1(nullptr, 0, nullptr, &decoder, &buffer), -1);
+  EXPECT_LT(DecodeDracoMeshStep2(nullptr, nullptr, nullptr), 0);
+  DracoAttribute* attribute = nullptr;
+  EXPECT_FALSE(GetAttribute(unity.mesh, unity.mesh->numAttributes, &attribute));
+  EXPECT_FALSE(GetAttribute(unity.mesh, -1, &attribute));
+  EXPECT_FALSE(GetAttributeByType(unity.mesh, 7, 0, &attribute));
+  EXPECT_FALSE(GetAttributeByUniqueId(unity.mesh, 12345, &attribute));
+  EXPECT_FALSE(GetAttribute(nullptr, 0, &attribute));
+  EXPECT_EQ(attribute, nullptr);
+  ASSERT_TRUE(GetAttribute(unity.mesh, 0, &attribute));
+  EXPECT_FALSE(GetAttribute(unity.mesh, 0, &attribute));  // not null
+  DracoData* values = nullptr;
+  EXPECT_FALSE(GetAttributeData(unity.mesh, attribute, &values, false, attribute->numComponents - 1));
+  EXPECT_FALSE(GetAttributeData(unity.mesh, nullptr, &values, false, 3));
+  EXPECT_EQ(values, nullptr);
+  uint32_t index = 0;
+  EXPECT_FALSE(GetMeshIndices(unity.mesh, 6, &index, 1, false));
+  EXPECT_FALSE(GetMeshIndices(unity.mesh, 9, &index, 1'000'000, false));
+  ReleaseDracoAttribute(&attribute);
+  ReleaseDracoAttribute(&attribute);
+  ReleaseDracoData(&values);
+  ReleaseDracoMesh(nullptr);
+}
+
+}  // namespace
+}  // namespace psplit
