@@ -44,7 +44,7 @@ class BuildWithCMake(build_ext):
     def configure(self, build, encoder, may_fail=False):
         command = ["cmake", "-S", str(project), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DPSPLIT_BUILD_PYTHON=ON",
                    f"-DPSPLIT_PYTHON={sys.executable}", f"-DPSPLIT_BUILD_ENCODER={encoder}", "-DPSPLIT_BUILD_TOOLS=OFF",
-                   "-DPSPLIT_BUILD_TESTS=OFF", f"-DPSPLIT_THREADS={os.environ.get('PSPLIT_THREADS', 'STD')}", "-DPSPLIT_INSTALL=OFF", "-DPSPLIT_CUDA=OFF"]
+                   "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_INSTALL=OFF", "-DPSPLIT_CUDA=OFF", "-DPSPLIT_THREADS=STD"]
         if sys.platform.startswith("linux"):
             command.append("-DCMAKE_MODULE_LINKER_FLAGS=-s")  # no symbols that only debuggers need
         if "CMAKE_GENERATOR" not in os.environ and shutil.which("ninja"):

@@ -32,7 +32,7 @@ def test_wheel(folder, encoder):
     build = pathlib.Path(options.build) / f"encoder-{encoder.lower()}"
     run(sys.executable, "-m", "pip", "wheel", package, "--no-build-isolation", "--no-index", "--no-deps", "-w", folder,
         PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=str(build),
-        PSPLIT_ENCODER=encoder)
+        PSPLIT_ENCODER=encoder, CMAKE_ARGS="-DCMAKE_CXX_FLAGS_RELEASE=-O0")  # compiles in a third of the time
     wheel, = folder.glob("psplit-*.whl")
     files = zipfile.ZipFile(wheel).namelist()
     for needed in ("psplit/__init__.py", "psplit/py.typed", "psplit/_native.pyi", "psplit/meshio_plugin.py"):
