@@ -1,7 +1,8 @@
 // Decodes a .drc file to libdraco's classes, by libdraco and by psplit. scripts/libdraco runs it.
 //
 //   draco_classes_benchmark warm FILE ROUNDS     the least milliseconds of each, in turn
-//   draco_classes_benchmark libdraco|psplit FILE the first decode of the process: milliseconds, page faults that
+//   draco_classes_benchmark libdraco|psplit FILE the first decode of the process: milliseconds, page faults
+//   that
 //                                                it took, the largest resident memory in KiB
 #include <sys/resource.h>
 

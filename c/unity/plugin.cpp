@@ -90,7 +90,8 @@ Value guarded(Value failed, Body body) noexcept {
 
 }  // namespace
 
-int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh, void** decoder, void** buffer) {
+int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh, void** decoder,
+                             void** buffer) {
   constexpr int32_t kBadArguments = -1, kBadStream = -4;
   if (data == nullptr || mesh == nullptr || *mesh != nullptr || decoder == nullptr || buffer == nullptr)
     return kBadArguments;
@@ -171,7 +172,8 @@ bool GetAttributeData(const DracoMesh* mesh, const DracoAttribute* attribute, Dr
   const auto& values = *static_cast<const GeometryAttribute*>(attribute->privateAttribute);
   constexpr int32_t kMostComponents = 4, kMostStride = 255;
   const int32_t components = values.description.components;
-  if (components > kMostComponents || componentStride < components || componentStride > kMostStride) return false;
+  if (components > kMostComponents || componentStride < components || componentStride > kMostStride)
+    return false;
   return guarded(false, [&] {
     std::unique_ptr<char[]> copied = copy_values_of_any_type(values, geometry_of(*mesh).point_count,
                                                              static_cast<uint32_t>(componentStride), flip);

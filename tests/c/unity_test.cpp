@@ -16,8 +16,8 @@ using Bytes = std::vector<uint8_t>;
 struct UnityMesh {
   explicit UnityMesh(const Bytes& bytes) {
     void *decoder = &mesh, *buffer = &mesh;
-    code = DecodeDracoMeshStep1(reinterpret_cast<const char*>(bytes.data()), static_cast<uint32_t>(bytes.size()),
-                                &mesh, &decoder, &buffer);
+    code = DecodeDracoMeshStep1(reinterpret_cast<const char*>(bytes.data()),
+                                static_cast<uint32_t>(bytes.size()), &mesh, &decoder, &buffer);
     if (code == 0) code = DecodeDracoMeshStep2(&mesh, decoder, buffer);
   }
   ~UnityMesh() {
@@ -116,7 +116,8 @@ TEST(UnityPlugin, TurnsCoordinatesIntoUnitys) {
       for (int32_t k = 0; k < stride; ++k) {
         float expected = 0, seen = 0;
         if (k < components)
-          std::memcpy(&expected, &plain[sizeof(float) * static_cast<size_t>(point * components + k)], sizeof expected);
+          std::memcpy(&expected, &plain[sizeof(float) * static_cast<size_t>(point * components + k)],
+                      sizeof expected);
         if (components == 3 && k == 0) expected = -expected;
         if (components == 2 && k == 1) expected = 1 - expected;
         std::memcpy(&seen, &flipped[sizeof(float) * static_cast<size_t>(point * stride + k)], sizeof seen);

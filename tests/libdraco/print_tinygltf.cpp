@@ -1,5 +1,5 @@
-// print_tinygltf FILE.glb: loads an asset by tinygltf with its own decoding of Draco, and prints all bytes of its
-// buffers as a number, and its accessors. It is compiled with Debian's tiny_gltf.h, and with a copy whose
+// print_tinygltf FILE.glb: loads an asset by tinygltf with its own decoding of Draco, and prints all bytes of
+// its buffers as a number, and its accessors. It is compiled with Debian's tiny_gltf.h, and with a copy whose
 // draco::Decoder is a psplit::DracoDecoder: the one change that a program of libdraco needs.
 #include <draco/compression/decode.h>
 
@@ -22,8 +22,8 @@
 int main(int argc, char** argv) {
   if (argc != 2) return 1;
   tinygltf::TinyGLTF loader;
-  loader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
-                           void*) { return true; },
+  loader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int,
+                           const unsigned char*, int, void*) { return true; },
                         nullptr);
   tinygltf::Model model;
   std::string error, warning;
