@@ -74,18 +74,6 @@ Expected<psplit_encode_options> read_options(const psplit_encode_options* from) 
   return options;
 }
 
-uint32_t index_at(const unsigned char* bytes, uint32_t index_size) {
-  if (index_size == 1) return *bytes;
-  if (index_size == 2) {
-    uint16_t index;
-    std::memcpy(&index, bytes, sizeof(index));
-    return index;
-  }
-  uint32_t index;
-  std::memcpy(&index, bytes, sizeof(index));
-  return index;
-}
-
 Status read_faces(const psplit_encode_source& source, Mesh& mesh) {
   const uint32_t size = source.index_size;
   if (size != 1 && size != 2 && size != 4)
@@ -97,7 +85,8 @@ Status read_faces(const psplit_encode_source& source, Mesh& mesh) {
   mesh.faces.resize(source.indices_size / size / 3);
   for (std::array<uint32_t, 3>& face : mesh.faces)
     for (uint32_t& point : face) {
-      point = index_at(bytes, size);
+      point = 0;
+      std::memcpy(&point, bytes, size);  // little-endian
       bytes += size;
     }
   return {};

@@ -6,11 +6,12 @@
 
 #include "c/blender/bridge.h"
 #include "c/blender/element_type.h"
+#include "c/no_throw.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/draco_stream.h"
 
-using psplit::blender::guarded;
+using psplit::c::without_exceptions;
 
 struct Decoder {
   psplit::DracoGeometry geometry{};
@@ -110,13 +111,13 @@ bool read_indices(Decoder& decoder, size_t component_type) {
 }  // namespace psplit::blender
 
 Decoder* decoderCreate() {
-  return guarded<Decoder*>(nullptr, [] { return new Decoder; });
+  return without_exceptions<Decoder*>(nullptr, [] { return new Decoder; });
 }
 void decoderRelease(Decoder* decoder) { delete decoder; }
 
 bool decoderDecode(Decoder* decoder, void* data, size_t byteLength) {
   if (decoder == nullptr || (data == nullptr && byteLength > 0)) return false;
-  return guarded(false, [&] {
+  return without_exceptions(false, [&] {
     return psplit::blender::decode({static_cast<const uint8_t*>(data), byteLength}, *decoder);
   });
 }
@@ -133,7 +134,8 @@ bool decoderAttributeIsNormalized(Decoder* decoder, uint32_t id) {
 
 bool decoderReadAttribute(Decoder* decoder, uint32_t id, size_t componentType, char* dataType) {
   if (decoder == nullptr) return false;
-  return guarded(false, [&] { return psplit::blender::read_attribute(*decoder, id, componentType, dataType); });
+  return without_exceptions(
+      false, [&] { return psplit::blender::read_attribute(*decoder, id, componentType, dataType); });
 }
 size_t decoderGetAttributeByteLength(Decoder* decoder, size_t id) {
   if (decoder == nullptr) return 0;
@@ -147,7 +149,7 @@ void decoderCopyAttribute(Decoder* decoder, size_t id, void* output) {
 
 bool decoderReadIndices(Decoder* decoder, size_t indexComponentType) {
   if (decoder == nullptr) return false;
-  return guarded(false, [&] { return psplit::blender::read_indices(*decoder, indexComponentType); });
+  return without_exceptions(false, [&] { return psplit::blender::read_indices(*decoder, indexComponentType); });
 }
 size_t decoderGetIndicesByteLength(Decoder* decoder) {
   return decoder == nullptr ? 0 : decoder->indices.size();

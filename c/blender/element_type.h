@@ -28,14 +28,4 @@ inline uint8_t component_count_of(const char* type) {
   return 0;
 }
 
-// Runs a body that returns a value. No exception leaves it: then it is `failed`.
-template <typename Value, typename Body>
-Value guarded(Value failed, Body body) noexcept {
-  try {
-    return body();
-  } catch (...) {
-    return failed;
-  }
-}
-
 }  // namespace psplit::blender

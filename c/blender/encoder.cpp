@@ -5,11 +5,12 @@
 
 #include "c/blender/bridge.h"
 #include "c/blender/element_type.h"
+#include "c/no_throw.h"
 #include "encoder/coding/choose_codings.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/encode_streams.h"
 
-using psplit::blender::guarded;
+using psplit::c::without_exceptions;
 
 struct Encoder {
   psplit::Mesh mesh{};
@@ -89,7 +90,7 @@ int bits_of(uint32_t bits) { return static_cast<int>(std::min(bits, 30u)); }
 }  // namespace psplit::blender
 
 Encoder* encoderCreate(uint32_t vertexCount) {
-  return guarded<Encoder*>(nullptr, [&] {
+  return without_exceptions<Encoder*>(nullptr, [&] {
     auto* const encoder = new Encoder;
     encoder->mesh.point_count = vertexCount;
     return encoder;
@@ -109,7 +110,7 @@ void encoderSetQuantizationBits(Encoder* encoder, uint32_t position, uint32_t no
 
 void encoderSetIndices(Encoder* encoder, size_t indexComponentType, uint32_t indexCount, void* indices) {
   if (encoder == nullptr) return;
-  const bool is_set = guarded(false, [&] {
+  const bool is_set = without_exceptions(false, [&] {
     psplit::blender::set_indices(*encoder, indexComponentType, indexCount, indices);
     return true;
   });
@@ -119,7 +120,7 @@ void encoderSetIndices(Encoder* encoder, size_t indexComponentType, uint32_t ind
 uint32_t encoderSetAttribute(Encoder* encoder, char* attributeName, size_t componentType, char* dataType,
                              void* data) {
   if (encoder == nullptr) return psplit::blender::kNoId;
-  const uint32_t id = guarded(psplit::blender::kNoId, [&] {
+  const uint32_t id = without_exceptions(psplit::blender::kNoId, [&] {
     return psplit::blender::set_attribute(*encoder, attributeName, componentType, dataType, data);
   });
   if (id == psplit::blender::kNoId) encoder->is_broken = true;
@@ -128,7 +129,8 @@ uint32_t encoderSetAttribute(Encoder* encoder, char* attributeName, size_t compo
 
 bool encoderEncode(Encoder* encoder, uint8_t preserveTriangleOrder) {
   if (encoder == nullptr) return false;
-  return guarded(false, [&] { return psplit::blender::encode(*encoder, preserveTriangleOrder != 0); });
+  return without_exceptions(false,
+                            [&] { return psplit::blender::encode(*encoder, preserveTriangleOrder != 0); });
 }
 uint32_t encoderGetEncodedVertexCount(Encoder* encoder) {
   return encoder == nullptr || !encoder->stream ? 0 : encoder->stream->decoded.point_count;

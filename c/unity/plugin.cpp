@@ -4,12 +4,14 @@
 #include <cstring>
 #include <memory>
 
+#include "c/no_throw.h"
 #include "src/cpu/draco_stream.h"
 
 namespace {
 
 using psplit::DracoGeometry;
 using psplit::GeometryAttribute;
+using psplit::c::without_exceptions;
 using psplit::core::DataType;
 
 const DracoGeometry& geometry_of(const DracoMesh& mesh) {
@@ -78,16 +80,6 @@ void write_indices(const DracoGeometry& geometry, T* out, bool flip) {
     for (const uint32_t point : {a, flip ? c : b, flip ? b : c}) *out++ = static_cast<T>(point);
 }
 
-// The result of body(), or `failed` if it throws.
-template <typename Value, typename Body>
-Value guarded(Value failed, Body body) noexcept {
-  try {
-    return body();
-  } catch (...) {
-    return failed;
-  }
-}
-
 }  // namespace
 
 int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh, void** decoder,
@@ -95,7 +87,7 @@ int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh
   constexpr int32_t kBadArguments = -1, kBadStream = -4;
   if (data == nullptr || mesh == nullptr || *mesh != nullptr || decoder == nullptr || buffer == nullptr)
     return kBadArguments;
-  return guarded(kBadStream, [&] {
+  return without_exceptions(kBadStream, [&] {
     psplit::Expected<DracoGeometry> decoded =
         psplit::decode_geometry({reinterpret_cast<const uint8_t*>(data), length});
     if (!decoded) return kBadStream;
@@ -122,14 +114,14 @@ void ReleaseDracoMesh(DracoMesh** mesh) {
 }
 
 bool GetAttribute(const DracoMesh* mesh, int32_t index, DracoAttribute** attribute) {
-  return guarded(false, [&] {
+  return without_exceptions(false, [&] {
     int32_t left = index;
     return find_attribute(mesh, attribute, [&](const GeometryAttribute&) { return left-- == 0; });
   });
 }
 
 bool GetAttributeByType(const DracoMesh* mesh, int32_t type, int32_t index, DracoAttribute** attribute) {
-  return guarded(false, [&] {
+  return without_exceptions(false, [&] {
     int32_t left = index;
     return find_attribute(mesh, attribute, [&](const GeometryAttribute& candidate) {
       return static_cast<int32_t>(candidate.description.semantic) == type && left-- == 0;
@@ -138,7 +130,7 @@ bool GetAttributeByType(const DracoMesh* mesh, int32_t type, int32_t index, Drac
 }
 
 bool GetAttributeByUniqueId(const DracoMesh* mesh, int32_t uniqueId, DracoAttribute** attribute) {
-  return guarded(false, [&] {
+  return without_exceptions(false, [&] {
     return find_attribute(mesh, attribute, [&](const GeometryAttribute& candidate) {
       return candidate.description.unique_id == static_cast<uint32_t>(uniqueId);
     });
@@ -174,7 +166,7 @@ bool GetAttributeData(const DracoMesh* mesh, const DracoAttribute* attribute, Dr
   const int32_t components = values.description.components;
   if (components > kMostComponents || componentStride < components || componentStride > kMostStride)
     return false;
-  return guarded(false, [&] {
+  return without_exceptions(false, [&] {
     std::unique_ptr<char[]> copied = copy_values_of_any_type(values, geometry_of(*mesh).point_count,
                                                              static_cast<uint32_t>(componentStride), flip);
     if (copied == nullptr) return false;

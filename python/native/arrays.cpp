@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "src/container/stream_description.h"
+
 namespace psplit::python {
 namespace {
 
@@ -70,17 +72,7 @@ const char* type_code(core::DataType type) {
   return "";
 }
 
-const char* type_code(ComponentType type) {
-  switch (type) {
-    case ComponentType::kInt8: return "i1";
-    case ComponentType::kUint8: return "u1";
-    case ComponentType::kInt16: return "i2";
-    case ComponentType::kUint16: return "u2";
-    case ComponentType::kUint32: return "u4";
-    case ComponentType::kFloat32: return "f4";
-  }
-  return "";
-}
+const char* type_code(ComponentType type) { return type_code(stored_type(type)); }
 
 py::array array_of(Array<std::byte>&& values, const char* type, size_t rows, size_t columns) {
   return owning_array(std::move(values), py::dtype(type), {rows, columns});

@@ -3,10 +3,8 @@
 #include <pybind11/stl.h>
 
 #include <cstring>
-#include <numeric>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/patch_stream.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
@@ -88,17 +86,10 @@ Expected<std::vector<AttributeCoding>> codings_of(Mesh& mesh, const Encoding& en
 Expected<std::vector<uint8_t>> encode_stream(Mesh mesh, const Encoding& encoding, bool sequential) {
   const Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, encoding);
   if (!codings) return codings.status();
-  if (!sequential) {
-    Expected<StockStream> stream = encode_stock_stream(mesh, *codings, encoding.speed);
-    if (!stream) return stream.status();
-    return std::move(stream->bytes);
-  }
-  const WeldedMesh welded = weld(mesh, ThreadPool(1));
-  PatchMesh whole;
-  whole.points.resize(mesh.point_count);
-  std::iota(whole.points.begin(), whole.points.end(), 0u);
-  whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
-  return encode_sequential(welded, whole, *codings, encoding.speed);
+  Expected<StockStream> stream = sequential ? encode_stock_sequential(mesh, *codings, encoding.speed)
+                                            : encode_stock_stream(mesh, *codings, encoding.speed);
+  if (!stream) return stream.status();
+  return std::move(stream->bytes);
 }
 
 Expected<EncodedMesh> encode_patches(Mesh mesh, const Encoding& encoding, uint32_t patch_count,
