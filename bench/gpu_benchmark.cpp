@@ -1,7 +1,9 @@
 // Compares the CUDA decoder on this machine's GPU with libdraco on one thread and with psplit's CPU backend on
 // all threads: first the bits, then the times. Prints a table, and writes JSON to the file that --json names.
 //
-//   gpu_benchmark [--quick] [--json FILE]
+//   gpu_benchmark [--quick] [--json FILE] [--only FACES/PATCH_FACES[/condensed]]
+//
+// With --only, one mesh of positions is decoded, and neither libdraco nor scenes are measured: for a profiler.
 #include <cuda_runtime_api.h>
 
 #include <chrono>
@@ -74,10 +76,12 @@ double stock_ms(const Mesh& mesh, int speed) {
   return ms_since(start);
 }
 
-// Measures one mesh. The function is long because the decoder, its buffers and the bits that the CPU must
-// reproduce belong to one sample.
-Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, double bandwidth) {
-  const Sample sample = encode_sample(mesh, patch_count, speed);
+// Measures one mesh. libdraco is left out if `stock` is 0. The function is long because the decoder, its
+// buffers and the bits that the CPU must reproduce belong to one sample.
+Json measure(const Mesh& mesh, uint32_t patch_faces, bool condensed, int speed, double stock,
+             double bandwidth) {
+  const auto patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
+  const Sample sample = encode_sample(mesh, std::max(patch_count, 1u), speed, condensed);
   const PatchContainer container = check(open_container(sample.container));
   // The indices and each attribute have memory of their own.
   size_t output_bytes = size_t{12} * container.face_count();
@@ -98,11 +102,12 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   decoder.measure(true);
   std::map<std::string, std::vector<double>> stages;
   std::vector<double> kernels, with_upload, with_download;
+  const ThreadPool pool;
   std::vector<std::byte> downloaded(output_bytes);
   constexpr int kWarm = 2, kRuns = 9;
   for (int run = 0; run < kWarm + kRuns; ++run) {
     const auto start = Clock::now();
-    check(decoder.start({&primitive, 1}));
+    check(decoder.start({&primitive, 1}, &pool));
     check(decoder.finish());
     const double decoded = ms_since(start);
     size_t at = size_t{12} * container.face_count();
@@ -126,7 +131,6 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   }
 
   std::vector<double> cpu_times;
-  const ThreadPool pool;
   for (int run = 0; run < 3; ++run) {
     const auto start = Clock::now();
     const Mesh decoded = check(cpu_backend().decode(container, sample.requests, pool));
@@ -142,7 +146,7 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
     if (!same) give_up({StatusCode::kDiffers, "the GPU's result differs from the CPU's"});
   }
   const auto start = Clock::now();
-  (void)check(draco_backend().decode(container, sample.requests, ThreadPool(1)));
+  if (stock > 0) (void)check(draco_backend().decode(container, sample.requests, ThreadPool(1)));
   const double draco = ms_since(start);
 
   const double ms = median(kernels);
@@ -151,6 +155,8 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
       {"faces", container.face_count()},
       {"attributes", sample.requests.size()},
       {"speed", speed},
+      {"patch_faces", patch_faces},
+      {"condensed", condensed},
       {"patches", container.patch_count()},
       {"bytes", sample.container.size()},
       {"kernels_ms", ms},
@@ -167,11 +173,11 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
       {"times_output_at_copy_bandwidth", ms * 1e-3 * bandwidth / (2.0 * static_cast<double>(output_bytes))},
       {"stages_ms", Json::object()}};
   for (const auto& [stage, times] : stages) row["stages_ms"][stage] = median(times);
-  std::printf("%9u %5zu %5d %7u %10.3f %10.3f %10.3f %9.1f %9.1f %8.2f %7.1f %7.0fx %7.0fx %7.1fx\n",
-              container.face_count(), sample.requests.size(), speed, container.patch_count(), ms,
-              median(with_upload), median(with_download), median(cpu_times), stock, faces / (ms * 1e6),
-              static_cast<double>(output_bytes) / (ms * 1e6), stock / ms, stock / median(with_upload),
-              row["times_output_at_copy_bandwidth"].get<double>());
+  std::printf("%9u %5zu %5d %7u %9s %10.3f %10.3f %10.3f %9.1f %9.1f %8.2f %7.1f %7.0fx %7.0fx %7.1fx\n",
+              container.face_count(), sample.requests.size(), speed, container.patch_count(),
+              condensed ? "condensed" : "draco", ms, median(with_upload), median(with_download),
+              median(cpu_times), stock, faces / (ms * 1e6), static_cast<double>(output_bytes) / (ms * 1e6),
+              stock / ms, stock / median(with_upload), row["times_output_at_copy_bandwidth"].get<double>());
   for (const auto& [stage, times] : stages)
     std::printf("            %-14s %8.3f ms\n", stage.c_str(), median(times));
   std::fflush(stdout);
@@ -223,42 +229,59 @@ Json measure_scene(size_t primitive_count, uint64_t faces, uint32_t patch_count)
           {"cpu_threads", pool.thread_count()}};
 }
 
-int run(bool quick, const char* json_path) {
+struct Batch {
+  uint64_t faces = 0;
+  bool all_attributes = false;
+  int speed = 5;
+  std::vector<uint32_t> patch_faces;
+  bool plain = true, condensed = true;
+};
+
+int run(bool quick, const char* json_path, const Batch* only) {
   std::string why;
   if (!cuda_available(&why)) {
     std::printf("skipped: %s\n", why.c_str());
     return 0;
   }
+  const auto start = Clock::now();
+  check(cuda_warm_up());
+  const double first_use = ms_since(start);
   cudaDeviceProp device;
   check(cudaGetDeviceProperties(&device, 0));
   const double bandwidth = copy_bandwidth();
-  std::printf("%s, %d multiprocessors, copies at %.0f GB/s (read and written)\n\n", device.name,
-              device.multiProcessorCount, bandwidth * 1e-9);
+  std::printf("%s, %d multiprocessors, copies at %.0f GB/s (read and written), first use %.0f ms\n\n",
+              device.name, device.multiProcessorCount, bandwidth * 1e-9, first_use);
   std::printf(
-      "    faces attrs speed patches kernels ms  +upload ms +download ms  cpu ms  stock ms   Gtri/s    GB/s "
+      "    faces attrs speed patches   streams kernels ms  +upload ms +download ms  cpu ms  stock ms   Gtri/s  "
+      "  GB/s "
       "x stock +upload x floor\n");
-  Json result{{"device", device.name}, {"copy_bytes_per_s", bandwidth}, {"rows", Json::array()}};
-  struct Batch {
-    uint64_t faces;
-    bool all_attributes;
-    int speed;
-    std::vector<uint32_t> patch_counts;
-  };
-  std::vector<Batch> batches{{1'000'000, false, 5, {208, 512, 2048}},
-                             {4'000'000, false, 5, {512, 2048, 8192}},
-                             {10'000'000, false, 5, {512, 2048, 8192, 32768}}};
+  Json result{{"device", device.name},
+              {"copy_bytes_per_s", bandwidth},
+              {"first_use_ms", first_use},
+              {"rows", Json::array()}};
+  std::vector<Batch> batches{{1'000'000, false, 5, {440, 1200, 4800}},
+                             {10'000'000, false, 5, {440, 1200, 4800}},
+                             {4'000'000, true, 5, {440, 1200}}};
   if (!quick) {
-    batches.push_back({28'000'000, false, 5, {8192, 32768}});
-    for (const int speed : {0, 10}) batches.push_back({10'000'000, false, speed, {8192}});
-    for (const int speed : {0, 5, 10}) batches.push_back({4'000'000, true, speed, {8192}});
+    batches.push_back({28'000'000, false, 5, {440, 1200}, true, false});
+    for (const int speed : {0, 10}) batches.push_back({10'000'000, false, speed, {1200}, true, false});
+    for (const int speed : {0, 10}) batches.push_back({4'000'000, true, speed, {1200}, true, false});
   }
+  // A file has the number of faces that it has.
+  const bool is_file = std::getenv("PSPLIT_BENCH_MESH") != nullptr;
+  if (is_file) batches = {{0, false, 5, {440, 1200, 4800}}, {0, true, 5, {440, 1200, 4800}}};
+  if (only != nullptr) batches = {*only};
   for (const Batch& batch : batches) {
     const Mesh mesh = bench_mesh(batch.faces, batch.all_attributes);
-    const double stock = stock_ms(mesh, batch.speed);
-    for (const uint32_t patch_count : batch.patch_counts)
-      result["rows"].push_back(measure(mesh, patch_count, batch.speed, stock, bandwidth));
+    const double stock = only == nullptr ? stock_ms(mesh, batch.speed) : 0;
+    for (const uint32_t patch_faces : batch.patch_faces)
+      for (const bool condensed : {false, true})
+        if (condensed ? batch.condensed : batch.plain)
+          result["rows"].push_back(measure(mesh, patch_faces, condensed, batch.speed, stock, bandwidth));
   }
-  for (const uint32_t patch_count : {1, 4}) result["scenes"].push_back(measure_scene(4000, 2000, patch_count));
+  if (only == nullptr && !is_file)
+    for (const uint32_t patch_count : {1, 4})
+      result["scenes"].push_back(measure_scene(4000, 2000, patch_count));
   if (json_path != nullptr) {
     std::FILE* file = std::fopen(json_path, "w");
     if (file == nullptr) give_up(io_failure("cannot be written", {.file = json_path}));
@@ -274,9 +297,20 @@ int run(bool quick, const char* json_path) {
 int main(int argc, char** argv) {
   bool quick = false;
   const char* json_path = nullptr;
+  psplit::Batch only;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--quick") == 0) quick = true;
-    if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json_path = argv[++i];
+    if (i + 1 == argc) break;
+    if (std::strcmp(argv[i], "--json") == 0) json_path = argv[++i];
+    if (std::strcmp(argv[i], "--only") == 0) {
+      const std::string row = argv[++i];
+      const size_t slash = row.find('/');
+      if (slash == std::string::npos) psplit::give_up({psplit::StatusCode::kUsage, "--only FACES/PATCH_FACES"});
+      only.faces = std::strtoull(row.c_str(), nullptr, 10);
+      only.patch_faces = {static_cast<uint32_t>(std::strtoul(row.c_str() + slash + 1, nullptr, 10))};
+      only.condensed = row.ends_with("/condensed");
+      only.plain = !only.condensed;
+    }
   }
-  return psplit::run(quick, json_path);
+  return psplit::run(quick, json_path, only.patch_faces.empty() ? nullptr : &only);
 }

@@ -205,11 +205,14 @@ class CudaDevice {
                        "cudaMemcpyAsync to the host");
   }
   // A warp waits for the slowest of its lanes, and steps wait for memory most of the time. So a few items on
-  // each of many warps are faster than 32 items on each of few warps, as long as all warps run at once.
+  // each of many warps are faster than 32 items on each of few warps. More items than kMostAtOnce on a warp
+  // lose their lines from the first cache before they need them again: then warps follow each other, about the
+  // same number each time.
   template <typename Body>
   Status launch_threads(uint32_t count, uint32_t busy, const Body& body) {
-    const uint32_t at_once = multiprocessors_ * kThreadWarps;
-    const uint32_t lanes = std::clamp((busy + at_once - 1) / at_once, 1u, WarpLanes::size());
+    constexpr uint32_t kMostAtOnce = 5;
+    const uint32_t warps = multiprocessors_ * kThreadWarps, turns = busy / (warps * kMostAtOnce) + 1;
+    const uint32_t lanes = std::clamp((busy / turns + warps) / warps, 1u, WarpLanes::size());
     return launch(run_threads<Body>, (count + lanes - 1) / lanes, WarpLanes::size(), count, lanes, body);
   }
   template <typename Body>

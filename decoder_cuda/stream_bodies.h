@@ -443,7 +443,7 @@ struct WriteStreams {
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     // A caller may draw the faces of broken streams by mistake, so their indices must be valid.
     const auto write_nothing = [&] {
-      if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return 0u; });
+      if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return Triangle(); });
     };
     core::Fault fault = set.fault(i);
     if (fault == core::Fault::kNone && task.use == StreamUse::kWritten &&
@@ -455,11 +455,15 @@ struct WriteStreams {
     if (task.use != StreamUse::kWritten) return;
     if (fault != core::Fault::kNone) return write_nothing();
     const uint32_t total = primitive.point_count;
-    const core::View<const Index> point_at = state.patch.point_at;
+    const core::View<Index> point_at = state.patch.point_at;
     const core::View<const uint32_t> numbers = state.numbers, references = state.references;
-    write_indices(lanes, task, primitive, [&](uint32_t corner) {
-      const uint32_t number = numbers[point_at[corner]];
-      return number < total ? number : references[number - total];
+    write_indices(lanes, task, primitive, [&](uint32_t face) {
+      const auto points = core::row_of(point_at, 4 * face);
+      Triangle triangle;
+      for (uint32_t k = 0; k < 3; ++k) triangle.at[k] = numbers[points.at[k]];
+      for (uint32_t& number : triangle.at)
+        if (number >= total) number = references[number - total];
+      return triangle;
     });
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
@@ -495,14 +499,19 @@ struct WriteStreams {
     return core::Fault::kNone;
   }
 
-  // point_at(corner) is the point at a corner of the stream, which is 4 * face + 0, 1 or 2.
-  template <core::Lanes L, typename PointAt>
+  struct Triangle {
+    uint32_t at[3] = {};
+  };
+  // triangle_of(face) has the mesh's points of a face of the stream. They are all loaded before one is stored,
+  // as a compiler does not know that these places differ.
+  template <core::Lanes L, typename TriangleOf>
   PSPLIT_HD static void write_indices(L lanes, const StreamTask& task, const PrimitiveTask& primitive,
-                                      PointAt point_at) {
+                                      TriangleOf triangle_of) {
     const auto write = [&]<typename Out>(Out* indices) {
       Out* const out = indices + size_t{3} * task.face_base;
       core::for_each_lane_item(lanes, task.face_count, [&](uint32_t face) {
-        for (uint32_t k = 0; k < 3; ++k) out[3 * face + k] = static_cast<Out>(point_at(4 * face + k));
+        const Triangle triangle = triangle_of(face);
+        for (uint32_t k = 0; k < 3; ++k) out[3 * face + k] = static_cast<Out>(triangle.at[k]);
       });
     };
     if (primitive.index_bytes == 2)

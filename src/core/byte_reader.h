@@ -107,6 +107,8 @@ class BitReader {
     if (PSPLIT_UNLIKELY(filled_ < count)) refill();
     return bits_;
   }
+  // The bits that were peeked and not taken.
+  PSPLIT_HD uint64_t peeked() const { return bits_; }
   // `count` is at most what was peeked.
   PSPLIT_HD void take(int count) {
     bits_ >>= count;

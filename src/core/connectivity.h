@@ -63,10 +63,15 @@ struct Connectivity {
   }
 
   // Makes vertex n part of vertex p. Swinging left from `first` meets all corners of n, and ends at the border.
-  PSPLIT_HD void merge(uint32_t n, uint32_t p, uint32_t first) {
-    for (Index at = static_cast<Index>(first); at != kNone<Index>; at = table.swing_left(at)) {
+  // `across` is the corner across the edge where that begins, which the caller may know.
+  PSPLIT_HD void merge(uint32_t n, uint32_t p, uint32_t first, Index across) {
+    Index at = static_cast<Index>(first);
+    for (;;) {
       PSPLIT_CORE_CHECK(table.vertex[at] == n);
       table.vertex[at] = static_cast<Index>(p);
+      if (across == kNone<Index>) break;
+      at = next(across);
+      across = table.opposite[next(at)];
     }
     border[p] = border[n];
     border[n] = {kNone<Index>, 0};
@@ -95,21 +100,25 @@ struct Connectivity {
       move_up_together(lanes);
   }
   PSPLIT_HD void fill_holes() {
-    for (uint32_t i = 0; i < merged_count; ++i) {
-      const Index hole = merged[i];
-      while (border[vertex_count - 1].corner() == kNone<Index>) --vertex_count;
-      const auto last = static_cast<Index>(vertex_count - 1);
+    const Connectivity mesh = *this;  // in registers
+    uint32_t count = vertex_count;
+    for (uint32_t i = 0; i < mesh.merged_count; ++i) {
+      const Index hole = mesh.merged[i];
+      BorderEdge<Index> edge = mesh.border[count - 1];
+      while (edge.corner() == kNone<Index>) edge = mesh.border[--count - 1];
+      const auto last = static_cast<Index>(count - 1);
       if (last < hole) continue;
-      const Index start = first_corner(last);
+      const Index start = previous(edge.corner());
       Index corner = start;
       do {
-        table.vertex[corner] = hole;
-        corner = table.swing_right(corner);
+        mesh.table.vertex[corner] = hole;
+        corner = mesh.table.swing_right(corner);
       } while (corner != kNone<Index> && corner != start);
-      border[hole] = border[last];
-      border[last] = {kNone<Index>, 0};
-      --vertex_count;
+      mesh.border[hole] = edge;
+      mesh.border[last] = {kNone<Index>, 0};
+      --count;
     }
+    vertex_count = count;
   }
 
   PSPLIT_HD bool allocate(Arena& arena) {

@@ -54,9 +54,21 @@ class WaitingEdges {
     return (counts.split_count > 0 ? 2 : 1) * Arena::bytes<Index>(counts.symbol_count);
   }
 
-  PSPLIT_HD void push(uint32_t edge) { stack_[stack_size_++] = static_cast<Index>(edge); }
+  PSPLIT_HD void push(uint32_t edge) {
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      stack_[stack_size_++] = top_;
+      top_ = static_cast<Index>(edge);
+    } else {
+      stack_[stack_size_++] = static_cast<Index>(edge);
+    }
+  }
   // kNone from an empty stack.
-  PSPLIT_HD uint32_t pop() { return stack_size_ > 0 ? stack_[--stack_size_] : kNone<Index>; }
+  PSPLIT_HD uint32_t pop() {
+    if constexpr (!PSPLIT_MOVES_ROWS) return stack_size_ > 0 ? stack_[--stack_size_] : kNone<Index>;
+    const Index edge = top_;
+    if (stack_size_ > 0) top_ = stack_[--stack_size_];
+    return edge;
+  }
   // The edge for the S that is symbol i.
   PSPLIT_HD uint32_t take(uint32_t i) {
     const uint32_t edge = set_aside_.empty() ? kNone<Index> : set_aside_[i];
@@ -81,6 +93,7 @@ class WaitingEdges {
 
   View<Index> stack_;
   uint32_t stack_size_ = 0;
+  Index top_ = kNone<Index>;  // for devices: the edge on top is not in the array, so that no S waits for a load
   View<const SplitEvent> events_;  // those to come, the next one last
   uint32_t source_ = ~0u;          // of the next event
   View<Index> set_aside_;          // by symbol; empty without events
@@ -133,6 +146,8 @@ class FaceRows<Index, false> {
   }
   // The last face, c0 / 4, is looked at otherwise than by the next C, L or R.
   PSPLIT_HD void store_last(uint32_t) {}
+  // The corner across from corner 2 of the last face, which is `corner`.
+  PSPLIT_HD Index across_from(uint32_t corner) const { return opposite_[corner]; }
 
  private:
   View<Index> opposite_, vertex_;
@@ -184,6 +199,7 @@ class FaceRows<Index, true> {
     if (has_even_) row_of(vertex_, c0) = even_;
     has_even_ = false;
   }
+  PSPLIT_HD Index across_from(uint32_t) const { return last_.at[2]; }
 
  private:
   struct alignas(16) RowPair {
@@ -238,8 +254,9 @@ class FaceRows<Index, true> {
 // The stack of waiting edges gets at most one edge for each E after the first, and one at the end: no more than
 // there are symbols.
 template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols>
-PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& mesh) {
+PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& result) {
   using Rows = FaceRows<Index, kMovesRows>;
+  Connectivity<Index> mesh = result;
   const ConnectivityCounts counts = mesh.counts;
   const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   const View<BorderEdge<Index>> border = mesh.border;
@@ -275,12 +292,13 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       if (i == 0 || degenerate) return Fault::kConnectivity;
       rows.store_last(active);
       const uint32_t b = waiting.take(i);
-      if (b == kNone<Index> || opposite[b] != kNone<Index>) return Fault::kConnectivity;
-      const uint32_t p = vertex[previous(b)], n = to;
-      if (p == n) return Fault::kConnectivity;
+      if (b == kNone<Index>) return Fault::kConnectivity;
+      // All three are loaded before one of them is looked at.
+      const uint32_t across = opposite[b], p = vertex[previous(b)], n = to;
       v0 = p, v1 = vertex[next(b)], v2 = from;
+      if (across != kNone<Index> || p == n) return Fault::kConnectivity;
       symbols.merged(p, n);
-      mesh.merge(n, p, next(active));
+      mesh.merge(n, p, next(active), rows.across_from(previous(active)));
       rows.join(c0, active, b);
     } else if (symbol == kE) {
       if (i > 0) set_active_aside();
@@ -309,7 +327,8 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
   if (waiting.events_left()) return Fault::kSplitEvent;
   if (degenerate) return Fault::kConnectivity;
   set_active_aside();
-  mesh.vertex_count = vertex_count;
+  result.vertex_count = vertex_count;
+  result.merged_count = mesh.merged_count;
   return Fault::kNone;
 }
 

@@ -53,7 +53,13 @@ class StandardSymbols {
  public:
   PSPLIT_HD explicit StandardSymbols(BitReader bits) : bits_(bits) {}
   PSPLIT_HD uint32_t next(uint32_t) {
-    const auto ahead = static_cast<uint32_t>(bits_.peek(3));
+    constexpr int kMostBits = 3;
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      // The lanes of a warp load at the same symbols, so that they wait once for all.
+      constexpr uint32_t kAtOnce = 16;
+      if (count_++ % kAtOnce == 0) (void)bits_.peek(kMostBits * kAtOnce);
+    }
+    const auto ahead = static_cast<uint32_t>(PSPLIT_MOVES_ROWS ? bits_.peeked() : bits_.peek(kMostBits));
     const uint32_t is_long = ahead & 1;
     bits_.take(static_cast<int>(1 + 2 * is_long));
     return ahead & 7 & (0 - is_long);
@@ -63,6 +69,7 @@ class StandardSymbols {
 
  private:
   BitReader bits_;
+  uint32_t count_ = 0;
 };
 
 // The valences of vertices, as far as they are known while symbols are decoded.

@@ -84,11 +84,12 @@ class BitSteps {
 // With kDirectBits of precision each number has an entry of its own, so that one load decodes a symbol. With
 // more precision, or for few symbols, the top bits of a number select a bucket, which says at which slot to
 // begin a search; the first slot is nearly always the right one. A table of 2^20 entries would take longer to
-// fill than a patch to decode, and one of 2^12 entries longer than some hundred symbols.
+// fill than a patch to decode, and one of 2^12 entries longer than some hundred symbols. A device has few bytes
+// of cache for each of its many tables, so it always searches.
 class RansTable {
  public:
   static constexpr uint32_t kDirectBits = 12;  // the lowest precision
-  static constexpr uint32_t kFew = 1024, kFewBits = 8;
+  static constexpr uint32_t kFew = 1024, kFewBits = 8, kDeviceBits = 10;
 
   // A symbol, its probability as a part of 1 << precision_bits, and the sum of the probabilities of all lower
   // symbols.
@@ -111,8 +112,8 @@ class RansTable {
   // each thread of a device that decodes symbols fills those of its own.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
-    is_direct_ = precision_bits == kDirectBits && count >= kFew;
-    const uint32_t bucket_bits = count < kFew ? kFewBits : kDirectBits;
+    is_direct_ = !PSPLIT_MOVES_ROWS && precision_bits == kDirectBits && count >= kFew;
+    const uint32_t bucket_bits = count < kFew ? kFewBits : PSPLIT_MOVES_ROWS ? kDeviceBits : kDirectBits;
     bucket_shift_ = precision_bits - bucket_bits;
     const uint32_t symbol_count = reader.varint();
     const uint32_t total = 1u << precision_bits;
@@ -238,6 +239,46 @@ class RansTable {
   bool is_direct_ = false, is_filled_ = false;
 };
 
+// The bytes before a place in a block, from the last to the first. For devices: it loads aligned words, each
+// one word before it is needed, so that no symbol waits for its bytes.
+class BytesBefore {
+ public:
+  BytesBefore() = default;
+  // `end` is behind the last byte of the block. At least three bytes come before the block.
+  PSPLIT_HD BytesBefore(const uint8_t* block, const uint8_t* end) {
+    for (at_ = end; at_ > block && reinterpret_cast<uintptr_t>(at_) % sizeof word_ != 0; ++count_)
+      bytes_ |= uint64_t{*--at_} << (56 - 8 * count_);
+    load(block);
+    fill_up(block);
+  }
+  // The next four bytes, the very next one on top; 0 for bytes before the block's.
+  PSPLIT_HD uint32_t next_four() const { return static_cast<uint32_t>(bytes_ >> 32); }
+  // Takes at most four.
+  PSPLIT_HD void take(uint32_t count, const uint8_t* block) {
+    bytes_ <<= 8 * count;
+    count_ -= count;
+    if (count_ < 4) fill_up(block);
+  }
+
+ private:
+  PSPLIT_HD void fill_up(const uint8_t* block) {
+    if (count_ >= 4) return;
+    bytes_ |= uint64_t{word_} << (32 - 8 * count_);
+    count_ += 4;
+    load(block);
+  }
+  PSPLIT_HD void load(const uint8_t* block) {
+    word_ = 0;
+    if (at_ <= block) return;
+    at_ -= sizeof word_;
+    word_ = *reinterpret_cast<const uint32_t*>(at_);
+  }
+
+  uint64_t bytes_ = 0;  // from the top on
+  const uint8_t* at_ = nullptr;
+  uint32_t word_ = 0, count_ = 0;  // the word before those bytes; the number of bytes
+};
+
 // A block of symbols.
 class RansSymbols {
  public:
@@ -247,18 +288,20 @@ class RansSymbols {
     block_ = reader.head();
     if (!reader.skip(size) || reader.truncated()) return Fault::kTruncated;
     size_ = static_cast<size_t>(size);
-    return read_rans_state(block_, &size_, base_, 4, &state_) ? Fault::kNone : Fault::kEntropy;
+    if (!read_rans_state(block_, &size_, base_, 4, &state_)) return Fault::kEntropy;
+    if constexpr (PSPLIT_MOVES_ROWS) before_ = BytesBefore(block_, block_ + size_);
+    return Fault::kNone;
   }
 
-  // Decodes one symbol, however few bytes are left.
+  // Decodes one symbol, however few bytes are left. next_fast must not follow.
   PSPLIT_HD uint32_t next(const RansTable& table) {
     while (state_ < base_ && size_ > 0) state_ = state_ << 8 | block_[--size_];
     return table.is_direct() ? step<true>(table) : step<false>(table);
   }
 
   // The number of symbols that next_fast may decode before this must be asked again: a symbol takes at most
-  // three bytes.
-  PSPLIT_HD size_t fast_steps() const { return size_ / 3; }
+  // three bytes. A device looks at each symbol whether there are bytes, as it has no time for a slow end.
+  PSPLIT_HD size_t fast_steps() const { return PSPLIT_MOVES_ROWS ? ~size_t{0} : size_ / 3; }
 
   // Decodes one symbol without branches, except for a rare search: the number of bytes that are due is
   // unpredictable. Always loads four bytes, which may begin before the block. There are bytes: its own table's.
@@ -267,9 +310,12 @@ class RansSymbols {
     // The comparisons do not wait for each other. With 12 bits of precision three bytes are never due.
     uint32_t due = (state_ < base_) + (state_ < base_ >> 8);
     if constexpr (!kDirect) due += state_ < base_ >> 16;
-    const uint64_t ahead = uint64_t{state_} << 32 | load_le32(block_ + size_ - 4);
+    if constexpr (PSPLIT_MOVES_ROWS) due = due < size_ ? due : static_cast<uint32_t>(size_);
+    const uint64_t ahead =
+        uint64_t{state_} << 32 | (PSPLIT_MOVES_ROWS ? before_.next_four() : load_le32(block_ + size_ - 4));
     state_ = static_cast<uint32_t>(ahead << 8 * due >> 32);
     size_ -= due;
+    if constexpr (PSPLIT_MOVES_ROWS) before_.take(due, block_);
     return step<kDirect>(table);
   }
 
@@ -293,6 +339,7 @@ class RansSymbols {
   const uint8_t* block_ = nullptr;
   size_t size_ = 0;
   uint32_t state_ = 0, base_ = 0;
+  BytesBefore before_;  // only for devices
 };
 
 }  // namespace psplit::core

@@ -55,13 +55,16 @@ class SymbolSequence {
     table_.fill_buckets(lanes);
   }
 
-  // Decodes the symbols that are left, and the values of tagged ones. The reader is where start left it, and
+  // Decodes the symbols that are left.
+  PSPLIT_HD void finish_symbols() {
+    if (done_ < symbol_count_) table_.fill_buckets();
+    for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
+  }
+  // The same, and the values of tagged ones. The reader is where start left it, and
   // afterwards behind the last value. Collective: all lanes share the sequence and the reader.
   template <Lanes L>
   PSPLIT_HD Fault finish(L lanes, ByteReader& reader) {
-    if (lanes.rank() == 0 && done_ < symbol_count_) table_.fill_buckets();
-    if (lanes.rank() == 0)
-      for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
+    if (lanes.rank() == 0) finish_symbols();
     lanes.sync();
     if (!is_tagged_) return Fault::kNone;
     ByteReader bits = reader;
@@ -85,9 +88,27 @@ class SymbolSequence {
   PSPLIT_HD void next_fast() {
     out_[first_ + done_++] = symbols_.next_fast<kDirect>(table_);
   }
+  template <bool kDirect>
+  PSPLIT_HD void next_four() {
+    Four four;
+    PSPLIT_UNROLL
+    for (uint32_t& symbol : four.symbols) symbol = symbols_.next_fast<kDirect>(table_);
+    uint32_t* const to = &out_[first_ + done_];
+    done_ += 4;
+    if (reinterpret_cast<uintptr_t>(to) % sizeof four == 0) {
+      *reinterpret_cast<Four*>(to) = four;
+      return;
+    }
+    PSPLIT_UNROLL
+    for (uint32_t k = 0; k < 4; ++k) to[k] = four.symbols[k];
+  }
   PSPLIT_HD uint32_t done() const { return done_; }
 
  private:
+  struct alignas(16) Four {
+    uint32_t symbols[4];
+  };
+
   RansTable table_;
   RansSymbols symbols_;
   View<uint32_t> out_;
@@ -96,22 +117,27 @@ class SymbolSequence {
 };
 
 // Steps through a sequence as long as enough bytes are left for the steps not to count them. The sequence's
-// finish decodes the rest.
+// finish decodes the rest. A device takes four symbols in a step, so that it stores them together.
 template <bool kDirect>
 class SymbolSteps : public SymbolSequence {
  public:
   SymbolSteps() = default;
   PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
   // Until renew.
-  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }
+  PSPLIT_HD uint32_t steps_left() const { return (limit_ - done()) / (PSPLIT_MOVES_ROWS ? 4 : 1); }
   PSPLIT_HD void renew() { limit_ = done() + fast_steps(); }
-  PSPLIT_HD void step() { next_fast<kDirect>(); }
+  PSPLIT_HD void step() {
+    if constexpr (PSPLIT_MOVES_ROWS)
+      next_four<kDirect>();
+    else
+      next_fast<kDirect>();
+  }
 
  private:
   uint32_t limit_ = 0;
 };
 
-// Takes the steps of all sequences, kRuns of them in turn.
+// Takes the steps of all sequences, kRuns of them in turn. A device also finishes their symbols.
 template <uint32_t kRuns>
 PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
   constexpr uint32_t kMost = 16;
@@ -128,6 +154,9 @@ PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
     step_all<kRuns, SymbolSteps<true>>(direct, direct_count);
     step_all<kRuns, SymbolSteps<false>>(wide, wide_count);
   }
+  // A device has threads for these, too.
+  if constexpr (PSPLIT_MOVES_ROWS)
+    for (uint32_t i = 0; i < count; ++i) sequences[i]->finish_symbols();
 }
 
 // Decodes a sequence of single values, and calls visit(i, value) for each. On success the arena is as before

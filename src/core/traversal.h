@@ -67,8 +67,18 @@ class Walk {
   };
   PSPLIT_HD Neighbours neighbours(uint32_t corner) const {
     if constexpr (!PSPLIT_MOVES_ROWS) return {right_of(corner), left_of(corner), vertex_at(corner)};
-    const FaceRow<Index> opposite = row_of(table_.opposite, corner), vertex = row_of(table_.vertex, corner);
-    return {opposite[next(corner) & 3], opposite[previous(corner) & 3], vertex[corner & 3]};
+    return rows(corner).neighbours(corner);
+  }
+  // The rows of a corner's face. Without a face, any rows.
+  struct Rows {
+    FaceRow<Index> opposite, vertex;
+    PSPLIT_HD Neighbours neighbours(uint32_t corner) const {
+      return {opposite[next(corner) & 3], opposite[previous(corner) & 3], vertex[corner & 3]};
+    }
+  };
+  PSPLIT_HD Rows rows(uint32_t corner) const {
+    const uint32_t at = corner == kNone<Index> ? 0 : corner;
+    return {row_of(table_.opposite, at), row_of(table_.vertex, at)};
   }
   PSPLIT_HD uint32_t right_of(uint32_t corner) const { return table_.opposite[next(corner)]; }
   PSPLIT_HD uint32_t left_of(uint32_t corner) const { return table_.opposite[previous(corner)]; }
@@ -150,7 +160,9 @@ class DepthFirstTraversal {
   // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
   PSPLIT_HD PSPLIT_INLINE void step() {
     const uint32_t corner = corner_;
-    const auto [right, left, vertex] = walk_.neighbours(corner);
+    Rows to_right, to_left;
+    const auto [right, left, vertex] = PSPLIT_MOVES_ROWS ? rows_.neighbours(corner) : walk_.neighbours(corner);
+    if constexpr (PSPLIT_MOVES_ROWS) to_right = walk_.rows(right), to_left = walk_.rows(left);
     walk_.see_face(corner);
     const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
     // Around a new vertex inside the mesh no face is done yet. The walk to the right goes around it, and comes
@@ -159,13 +171,17 @@ class DepthFirstTraversal {
     if (!PSPLIT_MOVES_ROWS || waits != 0) waiting_[waiting_count_] = static_cast<Index>(left);
     waiting_count_ += waits;
     corner_ = select(0 - right_done, left, right);
+    if constexpr (PSPLIT_MOVES_ROWS) rows_ = right_done != 0 ? to_left : to_right;
     if (PSPLIT_UNLIKELY((right_done & left_done) != 0)) go_back();
   }
 
  private:
+  using Rows = typename Walk<Index>::Rows;
+
   PSPLIT_HD PSPLIT_INLINE void go_back() {
     while (waiting_count_ > 0) {
       corner_ = waiting_[--waiting_count_];
+      if constexpr (PSPLIT_MOVES_ROWS) rows_ = walk_.rows(corner_);
       if (walk_.face_seen(corner_) == 0) return;
     }
     begin_component();
@@ -174,6 +190,7 @@ class DepthFirstTraversal {
     if (steps_left() == 0) return;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
+    if constexpr (PSPLIT_MOVES_ROWS) rows_ = walk_.rows(corner_);
     walk_.see_vertex(next(corner_));
     walk_.see_vertex(previous(corner_));
   }
@@ -181,6 +198,9 @@ class DepthFirstTraversal {
   Walk<Index> walk_;
   View<Index> waiting_;
   uint32_t corner_ = 0, waiting_count_ = 0, start_ = 0;
+  // For devices, where loads take long: the rows of the face at corner_. They are loaded together with the
+  // marks that say whether the walk goes there.
+  Rows rows_;
 };
 
 // By prediction degree: goes first to faces whose vertices are all seen, then to faces whose new vertex can be

@@ -61,15 +61,16 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 
 }  // namespace
 
-// No device was at hand, so its times are those of a simulated H100, or assumed. A model that may be wrong by a
+// The device's times were measured on an H200 alone, and processors differ. A model that may be wrong by a
 // factor of 2 must promise half of the CPU's time.
 bool is_worth_a_gpu(std::span<const DecodeTask> tasks, size_t thread_count, bool is_started) {
   // Nanoseconds. Measured on one thread of an x86-64 at 4 GHz (docs/performance.md).
   constexpr double kCpuFace = 20;
-  // Simulated: all faces of large batches, and the faces of the largest stream, which are one chain of steps.
-  constexpr double kDeviceFace = 0.4, kChainFace = 1200;
-  // Assumed: a byte of results on its way to the host's memory, and the first use of a device.
-  constexpr double kResultByte = 0.1, kStart = 300e6;
+  // Measured (docs/benchmarks.md): all faces of large batches, with planning and upload; the faces of the
+  // largest stream, which are one chain of steps; and a byte of results on its way to the host's memory.
+  constexpr double kDeviceFace = 0.75, kChainFace = 650, kResultByte = 0.065;
+  // Assumed: the first use of a device.
+  constexpr double kStart = 300e6;
   double faces = 0, largest = 0, streams = 0, result_bytes = 0;
   for (const DecodeTask& task : tasks) {
     const PatchContainer& container = *task.container;
