@@ -46,6 +46,23 @@ test('metadata of a point cloud is that of draco3d', () => {
   assert.deepEqual(answers[0], answers[1]);
 });
 
+test("calls that psplit lacks are draco3d's, with any decoder", { skip: corpus_folder === null && 'there is no corpus' }, () => {
+  const bytes = older.find(([, stream]) => stream[7] === 1)[1];
+  const answers = [ours, theirs].map((draco) => {
+    const decoder = new draco.Decoder(), other = new draco.Decoder(), out = new draco.Mesh();
+    assert.ok(decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, out).ok());
+    const strips = new draco.DracoInt32Array(), floats = new draco.DracoFloat32Array(), all = new draco.DracoFloat32Array();
+    const attribute = other.GetAttribute(out, 0);
+    return [other.GetTriangleStripsFromMesh(out, strips), strips.size(), strips.GetValue(1), other.GetAttributeFloat(attribute, 1, floats),
+      floats.size(), floats.GetValue(0), other.GetAttributeFloatForAllPoints(out, attribute, all), all.GetValue(5)];
+  });
+  assert.deepEqual(answers[0], answers[1]);
+  const decoder = new ours.Decoder(), out = new ours.Mesh();
+  assert.ok(decoder.DecodeArrayToMesh(mesh, mesh.length, out).ok());
+  assert.throws(() => decoder.GetTriangleStripsFromMesh(out, new ours.DracoInt32Array()), /psplit makes no triangle strips/);
+  assert.throws(() => decoder.GetAttributeFloat(decoder.GetAttribute(out, 0), 0, new ours.DracoFloat32Array()), /psplit keeps no numbers/);
+});
+
 test("draco3d's faults are passed on, and psplit's streams stay psplit's", () => {
   const newer = Uint8Array.from(mesh);
   newer[6] = 9;

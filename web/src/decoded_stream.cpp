@@ -75,7 +75,7 @@ bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, u
 
 bool DecodedStream::write_integers(const Attribute& attribute, int32_t* out) const {
   const uint32_t components = attribute.value_components(), stride = core::value_stride(components);
-  if (attribute.coding != core::Coding::kQuantized && attribute.coding != core::Coding::kNormal) return false;
+  if (attribute.coding == core::Coding::kRaw) return false;
   const auto& vertex_at = patch_.groups[attribute.group].table.table.vertex;
   for (uint32_t point = 0; point < patch_.point_count; ++point) {
     const uint32_t vertex = patch_.corner_of_point.empty() ? point : vertex_at[patch_.corner_of_point[point]];

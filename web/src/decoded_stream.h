@@ -58,8 +58,9 @@ class DecodedStream {
   // converted as libdraco does it. Returns false if a value does not fit.
   bool write_attribute(const Attribute& attribute, core::DataType type, uint8_t* out) const;
 
-  // The integers from which the values are computed: places on the grid of a quantized attribute, or the two
-  // coordinates of a normal on its octahedron. Returns false for attributes that have none.
+  // The integers from which the values are computed: places on the grid of a quantized attribute, the two
+  // coordinates of a normal on its octahedron, or the values themselves. Returns false for attributes that have
+  // none.
   bool write_integers(const Attribute& attribute, int32_t* out) const;
 
  private:
