@@ -6,7 +6,7 @@ import test from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { page_test } from './browser.mjs';
 import { compressed_primitives, link_package, root } from './load.mjs';
-import { streams } from './stock_draco.mjs';
+import { draco_glb, streams } from './stock_draco.mjs';
 
 link_package();
 const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
@@ -116,10 +116,26 @@ page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 1), 
   assert.ok(await result > 100);
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
-page_test('model-viewer', { files: page(block('model-viewer'), ['ModelViewerElement']), script: async () => {
-  const { ModelViewerElement } = await import('/block.js');
-  return ModelViewerElement.dracoDecoderLocation;
-} }, async ({ result }) => assert.equal(await result, '/psplit/draco/'));
+page_test('model-viewer', { files: { ...page(block('model-viewer'), []), '/draco.glb': draco_glb(stream) }, script: async () => {
+  await import('/block.js');
+  const loaded = async (element) => {
+    const done = new Promise((resolve, reject) => {
+      element.addEventListener('load', resolve);
+      element.addEventListener('error', ({ detail }) => reject(new Error(JSON.stringify(detail))));
+    });
+    Object.assign(element, { src: '/draco.glb', loading: 'eager' });
+    element.style.cssText = 'width: 100px; height: 100px; display: block';
+    document.body.append(element);
+    await done;
+    return element.constructor.dracoDecoderLocation;
+  };
+  // Each element that is made sets the location.
+  const first = await loaded(document.createElement('model-viewer'));
+  return [first, await loaded(document.createElement('model-viewer'))];
+} }, async ({ result, site }) => {
+  assert.deepEqual(await result, ['/psplit/draco/', '/psplit/draco/']);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
 page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['loader']), script: async () => {
   const { loader } = await import('/block.js'), geometry = await loader.loadAsync('/mesh.drc');
   loader.dispose();
