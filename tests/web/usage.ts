@@ -6,6 +6,8 @@ import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
 import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
+import { BufferAttribute, BufferGeometry } from 'three';
+import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<number> {
@@ -29,10 +31,23 @@ export function code_of(error: unknown): string {
 }
 
 export function loaders(pool: Pool, signal: AbortSignal): GLTFLoader {
-  const loader = new GLTFLoader().setDRACOLoader(new PsplitDracoLoader({ pool }) as never);
+  const loader = new GLTFLoader().setDRACOLoader(new PsplitDracoLoader({ pool, fallback: new DRACOLoader() }));
   return loader.register((parser) => new PsplitPlugin(parser, { pool, signal, patchByPatch: true, onProgress(done, total, { mesh, primitive }) {
     console.log(done, total, mesh, primitive);
   } }));
+}
+
+export async function shown(loader: GLTFLoader): Promise<number> {
+  const { psplit, scene } = await loader.loadAsync('/model.glb');
+  await psplit.whole;
+  return psplit.patchesOf(scene.children[0]!)?.patchCount ?? 0;
+}
+
+export async function geometry(bytes: Uint8Array): Promise<BufferGeometry> {
+  const { attributes, indices } = await decodeDraco(bytes), made = new BufferGeometry().setIndex(new BufferAttribute(indices, 1));
+  for (const { name, array, componentCount, normalized } of attributes)
+    made.setAttribute(name, new BufferAttribute(array, componentCount, normalized));
+  return made;
 }
 
 export async function io(pool: Pool): Promise<void> {

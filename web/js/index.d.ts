@@ -2,8 +2,12 @@
 
 export type ComponentType = 'int8' | 'uint8' | 'int16' | 'uint16' | 'int32' | 'uint32' | 'int64' | 'uint64' | 'float32' |
   'float64' | 'bool';
-export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array |
-  BigUint64Array | Float32Array | Float64Array;
+/**
+ * The array of a type. Only Draco streams have attributes of the types int64 and uint64, and hardly any has: their arrays are a
+ * BigInt64Array or a BigUint64Array, to which the caller has to cast.
+ */
+export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | Float32Array |
+  Float64Array;
 
 /** An attribute of a Draco stream that is wanted, by its unique id or its semantic. */
 export interface DracoAttributeRequest {

@@ -1,7 +1,22 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
-import type { GLTF, GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
+import type { GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
 import type { DecodedPart, Pool } from './index.js';
+
+declare module 'three/addons/loaders/GLTFLoader.js' {
+  interface GLTF {
+    /** Of loads with a PsplitPlugin; others do not have it. */
+    psplit: PsplitPlugin;
+  }
+}
+
+/** What the plugin needs of a GLTFParser: that of three, or of three-stdlib. */
+export interface PsplitParser {
+  json: any;
+  options: { path: string; manager: LoadingManager };
+  associations: Map<any, { meshes?: number; primitives?: number }>;
+  getDependency(type: string, index: number): Promise<any>;
+}
 
 export interface PsplitPluginOptions {
   /** Decodes. By default one pool that all plugins of the page share. */
@@ -48,7 +63,7 @@ export interface PatchFacts {
  * the decoder's error in `cause`. The result of the load has the plugin in `psplit`.
  */
 export class PsplitPlugin implements GLTFLoaderPlugin {
-  constructor(parser: GLTFParser, options?: PsplitPluginOptions);
+  constructor(parser: PsplitParser, options?: PsplitPluginOptions);
   readonly name: 'PSPLIT_mesh_draco_patches';
   /** Resolves when all meshes are whole. Rejects if one cannot be; none of its triangles are shown then. */
   readonly whole: Promise<void>;
@@ -56,7 +71,7 @@ export class PsplitPlugin implements GLTFLoaderPlugin {
   patchesOf(mesh: Object3D): PatchFacts | null;
   beforeRoot(): Promise<void>;
   loadBufferView(index: number): Promise<ArrayBuffer> | null;
-  afterRoot(gltf: GLTF): null;
+  afterRoot(gltf: object): null;
 }
 
 export interface PsplitDracoLoaderOptions {
@@ -64,7 +79,7 @@ export interface PsplitDracoLoaderOptions {
   /** Decodes. By default a pool of the loader's own, which `dispose` ends. */
   pool?: Pool;
   /** For example a DRACOLoader. It decodes what psplit does not support: point clouds, bitstreams older than 2.2. */
-  fallback?: { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
+  fallback?: Loader<BufferGeometry> | { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
 }
 
 /**
@@ -85,6 +100,8 @@ export class PsplitDracoLoader extends Loader<BufferGeometry> {
   /** The most workers of the loader's own pool. Call it before decoding. */
   setWorkerLimit(limit: number): this;
   preload(): this;
+  load(url: string, onLoad?: (geometry: BufferGeometry) => void, onProgress?: (event: ProgressEvent) => void,
+    onError?: (error: any) => void): void;
   /** Decodes a .drc file. Its colours are taken as sRGB, as DRACOLoader does. */
   parse(buffer: ArrayBuffer, onLoad: (geometry: BufferGeometry) => void, onError?: (error: unknown) => void): void;
   decodeDracoFile(buffer: ArrayBuffer, callback: (geometry: BufferGeometry) => void, attributeIDs?: Record<string, number> | null,
