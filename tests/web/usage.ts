@@ -1,6 +1,6 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
-import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
+import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
 import { registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
@@ -15,7 +15,9 @@ export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<nu
   const mesh: DecodedMesh = await decodeDraco(bytes, { attributes: [{ uniqueId: 0, type: 'float32' }, { semantic: 'NORMAL' }] });
   const container: DecodedContainer = await decodeContainer(bytes, { attributes: [
     { name: 'POSITION', uniqueId: 0, type: 'float32', componentCount: 3 }] });
-  const pool: Pool = createPool({ workers: 2, wasm: new URL('https://example.com/psplit.wasm'), idleMs: 100, shared: false });
+  configure({ wasm: await WebAssembly.compile(bytes as BufferSource), worker: () => new Worker('/worker.js', { type: 'module' }) });
+  const pool: Pool = createPool({ workers: 2, wasm: new URL('https://example.com/psplit.wasm'), worker: '/worker.js', idleMs: 100, shared: false,
+    mainThread: false });
   await pool.decodePatches(bytes, { signal, onProgress: (done, total) => console.log(done / total),
     onPart: (part: DecodedPart) => console.log(part.patches[0], part.indices.length) });
   pool.dispose();

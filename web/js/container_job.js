@@ -9,6 +9,7 @@
 // assembled by the lead, or if `is_shared`, all write to shared ones, which the lead sends to the helpers at first.
 import { array_of, Container } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
+import { part_of, with_arrays } from './part.js';
 
 // The time for assembling a mesh, as a part of the time for decoding it on one worker.
 const kAssembling = 0.045;
@@ -51,14 +52,6 @@ function* decoded_parts(container, first, end) {
     yield part_of(attributes, first_faces, first_points, begin, at, arrays, is_final);
   }
 }
-
-export function part_of(attributes, first_faces, first_points, first, end, [indices, ...values], isFinal) {
-  return { patches: [first, end], isFinal, firstFace: first_faces[first], firstFaces: first_faces.slice(first, end + 1), indices,
-    firstPoint: first_points[first], pointCount: first_points[end] - first_points[first], attributes: with_arrays(attributes, values) };
-}
-const with_arrays = (attributes, arrays) =>
-  attributes.map(({ name, uniqueId, type, componentCount, normalized = false }, i) =>
-    ({ name, uniqueId, type, componentCount, normalized, array: arrays[i] }));
 
 // What decoding calls with the end of the decoded streams.
 function reporter(container, first, end, { reports, parts }, post) {

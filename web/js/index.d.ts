@@ -99,6 +99,22 @@ export class PsplitError extends Error {
   patch?: number;
 }
 
+export interface Configuration {
+  /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
+  wasm?: WebAssembly.Module | BufferSource | string | URL;
+  /**
+   * The address of `worker.js`, or a function that makes a worker of it: a `Worker` that is a module, in Node.js one of
+   * node:worker_threads. By default `worker.js` beside the package's code.
+   */
+  worker?: string | URL | (() => unknown);
+}
+
+/**
+ * Says what the package loads: for the functions of the calling thread, and for pools that are made later. Needed where files
+ * beside the code cannot be fetched, as in edge runtimes. An option that is left out has its default again.
+ */
+export function configure(options: Configuration): void;
+
 /** Loads and compiles the WebAssembly module, which the first call of a decoder does otherwise. */
 export function ready(): Promise<void>;
 
@@ -115,11 +131,9 @@ export function decodeDraco(data: Bytes, options?: { attributes?: DracoAttribute
  */
 export function decodeContainer(data: Bytes, options?: { attributes?: AttributeRequest[] }): Promise<DecodedContainer>;
 
-export interface PoolOptions {
+export interface PoolOptions extends Configuration {
   /** The most workers at a time. By default as many as the machine has processors, but no more than 4. */
   workers?: number;
-  /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
-  wasm?: WebAssembly.Module | BufferSource | string | URL;
   /** How long a worker without work goes on, in milliseconds. By default 10,000. */
   idleMs?: number;
   /**
@@ -128,6 +142,12 @@ export interface PoolOptions {
    * isolated have no shared memory, and need none.
    */
   shared?: boolean;
+  /**
+   * Whether the calling thread decodes if no worker can be started: because a policy forbids it, or the page is from another
+   * origin than the package, or there are no workers. A warning on the console then says why. By default true. Without it,
+   * jobs reject with the code `failed`.
+   */
+  mainThread?: boolean;
 }
 
 export interface JobOptions {
@@ -153,6 +173,7 @@ export interface ContainerOptions extends JobOptions {
  * same. If a function that the caller gives throws, the job's promise rejects with what it threw.
  */
 export interface Pool {
+  /** Workers that run now; 0 while the calling thread decodes in their place. */
   readonly workerCount: number;
   ready(): Promise<void>;
   decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] } & JobOptions): Promise<DecodedMesh>;

@@ -84,7 +84,9 @@ export class Instance {
     } catch (error) {
       if (error instanceof PsplitError) throw error;
       this.#broken = true;
-      throw new PsplitError(`the decoder has not enough memory (${error.message})`, 'out-of-memory');
+      const is_memory = error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
+      throw is_memory ? new PsplitError(`the decoder has not enough memory (${error.message})`, 'out-of-memory')
+        : new PsplitError(`the decoder failed: ${error.message}`, 'failed');
     }
   }
 
@@ -97,7 +99,8 @@ export class Instance {
   // The address of memory with the bytes of a typed array.
   copy_in({ buffer, byteOffset, byteLength }) {
     const at = this.#allocate(byteLength);
-    this.view(Uint8Array, at, byteLength).set(new Uint8Array(buffer, byteOffset, byteLength));
+    // A buffer that was transferred since the call has no bytes.
+    if (byteLength > 0) this.view(Uint8Array, at, byteLength).set(new Uint8Array(buffer, byteOffset, byteLength));
     return at;
   }
   // A view of memory, which is valid until the next call.
@@ -140,6 +143,9 @@ export class Decoder {
   /** @param {WebAssembly.Module} module */
   constructor(module) {
     this.#module = module;
+  }
+  get module() {
+    return this.#module;
   }
 
   // Runs a job: { kind: 'draco' | 'container', bytes, attributes }, and for containers what container_job.js says.

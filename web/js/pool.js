@@ -2,19 +2,21 @@
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
 import { error_from_data, PsplitError } from './error.js';
-import { node_worker, page_worker } from './files.js';
+import { job_runner, node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
-import { compile_module, shared_module } from './module.js';
+import { compile_module, configured, shared_module } from './module.js';
 import { is_node, node_module } from './node.js';
 import { Task } from './task.js';
 
 const kDefaultWorkers = 4;
 
-// Starts a worker, which calls receive(message) or fail(error).
-async function start_worker(receive, fail) {
+// Starts a worker, which calls receive(message) or fail(error). `given`: the address of worker.js, or a function that makes
+// the worker, or undefined for worker.js beside this file.
+async function start_worker(given, receive, fail) {
+  const given_worker = (Type, options) => (typeof given === 'function' ? given() : new Type(new URL(given, globalThis.location?.href), options));
   if (is_node) {
     const { Worker } = await node_module('node:worker_threads');
-    const worker = node_worker(Worker);
+    const worker = given == null ? node_worker(Worker) : given_worker(Worker);
     worker.on('message', receive);
     worker.on('error', fail);
     worker.on('messageerror', fail);
@@ -24,15 +26,41 @@ async function start_worker(receive, fail) {
     return { post: (message, transfer) => worker.postMessage(message, transfer), end: () => worker.terminate(),
       hold: () => worker.ref(), let_go: () => worker.unref() };
   }
-  const worker = page_worker();
+  const make = () => (given == null ? page_worker() : given_worker(globalThis.Worker, { type: 'module' }));
+  const worker = make();
   worker.onmessage = ({ data }) => receive(data);
   worker.onerror = (event) => {
     event.preventDefault?.();
-    fail(new Error(event.message ?? 'the worker cannot be loaded'));
+    fail(new Error(event.message ?? `${address_of(make)} cannot be loaded`));
   };
   worker.onmessageerror = () => fail(new Error('a message cannot be read'));
   return { post: (message, transfer) => worker.postMessage(message, transfer), end: () => worker.terminate(),
     hold() {}, let_go() {} };
+}
+
+// The address of a page's worker. Bundlers change it where it stands, so only the class Worker is told.
+function address_of(make) {
+  const { Worker } = globalThis;
+  let address = 'the worker';
+  try {
+    globalThis.Worker = function (url) { address = url; };
+    try {
+      make();
+    } finally {
+      globalThis.Worker = Worker;
+    }
+  } catch {
+    // The page does not let the class be replaced.
+  }
+  return address;
+}
+
+// In place of a worker: this thread runs the jobs. Other tasks of the page come between them.
+async function start_here(receive) {
+  const { make_runner } = await job_runner();
+  let is_ended = false;
+  const run = make_runner((message) => is_ended || receive(message));
+  return { post: (message) => setTimeout(() => is_ended || run(message)), end: () => (is_ended = true), hold() {}, let_go() {} };
 }
 
 class Pool {
@@ -41,13 +69,17 @@ class Pool {
   #is_shared;
   #idle_ms;
   #wasm;
+  #worker;
+  #may_run_here;
   #module;
   #waiting = [];
-  #members = new Set();  // { worker, is_up, task, timer }; `worker` is null while it starts
+  // { worker, is_up, is_here, task, timer }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  #members = new Set();
   #next_id = 0;
   #is_disposed = false;
 
-  constructor({ workers, shared, wasm, idleMs = 10000 } = {}) {
+  constructor(options) {
+    const { workers, shared, wasm, worker, mainThread = true, idleMs = 10000 } = options ?? {};
     const cores = globalThis.navigator?.hardwareConcurrency ?? kDefaultWorkers;
     this.#most = this.#limit = workers ?? Math.max(1, Math.min(kDefaultWorkers, cores));
     if (!Number.isInteger(this.#most) || this.#most < 1)
@@ -56,23 +88,25 @@ class Pool {
     this.#is_shared = can_share && (shared ?? !is_node);
     this.#idle_ms = idleMs;
     this.#wasm = wasm;
+    this.#worker = worker ?? configured.worker;
+    this.#may_run_here = mainThread;
   }
 
   get workerCount() {
-    return this.#members.size;
+    return [...this.#members].filter(({ is_here }) => !is_here).length;
   }
 
   async ready() {
     await this.#load();
   }
-  async decodeDraco(data, options = {}) {
-    return this.#add(make_job('draco', data, options), options);
+  async decodeDraco(data, options) {
+    return this.#add(make_job('draco', data, options), options ?? {});
   }
-  async decodeContainer(data, options = {}) {
-    return this.#add(make_job('container', data, options), options);
+  async decodeContainer(data, options) {
+    return this.#add(make_job('container', data, options), options ?? {});
   }
-  async decodePatches(data, options = {}) {
-    if (typeof options.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
+  async decodePatches(data, options) {
+    if (typeof options?.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
     return this.#add(make_job('container', data, options), options);
   }
 
@@ -88,7 +122,7 @@ class Pool {
   }
 
   #load() {
-    this.#module ??= (this.#wasm === undefined ? shared_module() : compile_module(this.#wasm)).catch((error) => {
+    this.#module ??= (this.#wasm == null ? shared_module() : compile_module(this.#wasm)).catch((error) => {
       this.#module = undefined;
       throw error;
     });
@@ -99,6 +133,8 @@ class Pool {
     return new Promise((resolve, reject) => {
       if (this.#is_disposed) return reject(new PsplitError('the pool is disposed', 'aborted'));
       const { signal } = options;
+      if (signal != null && typeof signal.addEventListener !== 'function')
+        return reject(new PsplitError('the option `signal` is not an AbortSignal', 'invalid-input'));
       if (signal?.aborted) return reject(new PsplitError('aborted', 'aborted'));
       const task = new Task(this.#next_id++, job, options);
       const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
@@ -140,13 +176,14 @@ class Pool {
     }
   }
 
-  async #start() {
-    const member = { worker: null, is_up: false, task: null, timer: undefined };
+  async #start(is_here = false) {
+    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined };
     this.#members.add(member);
     try {
       const module = this.#load();  // at the same time as the worker
       module.catch(() => {});
-      const worker = await start_worker((message) => this.#receive(member, message), (error) => this.#fail(member, error));
+      const receive = (message) => this.#receive(member, message), fail = (error) => this.#fail(member, error);
+      const worker = await (is_here ? start_here(receive) : start_worker(this.#worker, receive, fail));
       if (!this.#members.has(member)) return worker.end();
       member.worker = worker;
       worker.hold();
@@ -167,7 +204,7 @@ class Pool {
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
     } catch (error) {
-      this.#cancel(task, new PsplitError(error.message, 'failed'));
+      this.#cancel(task, error instanceof PsplitError ? error : new PsplitError(error.message, 'failed'));
     }
   }
 
@@ -205,14 +242,21 @@ class Pool {
     }
   }
 
-  // A worker failed, or cannot be started. If no worker is left, the tasks that wait have the same error.
+  // A worker failed, or cannot be started. If no worker is left, this thread runs the tasks that wait, or they have the same
+  // error.
   #fail(member, error) {
     if (!this.#members.has(member)) return;
     const failure = error instanceof PsplitError ? error : new PsplitError(`worker: ${error?.message ?? error}`, 'failed');
-    const { is_up, task } = member;
+    const { is_up, is_here, task } = member;
     this.#drop(member);
     if (task !== null) return this.#cancel(task, failure);
     if (!is_up && this.#members.size > 0) this.#limit = this.#members.size;
+    if (!is_up && this.#members.size === 0 && this.#may_run_here && failure !== error && !is_here && this.#waiting.length > 0) {
+      // eslint-disable-next-line no-console
+      console.warn(`psplit: no worker can be started, so this thread decodes (${failure.message})`);
+      this.#limit = 1;
+      return void this.#start(true);
+    }
     if (!is_up && this.#members.size === 0) for (const waiting of this.#waiting.splice(0)) waiting.reject(failure);
     this.#advance();
   }

@@ -1,6 +1,6 @@
 // A job of a pool: what its workers are told, and what its caller is told.
-import { part_of } from './container_job.js';
 import { PsplitError } from './error.js';
+import { part_of } from './part.js';
 
 // A container has a worker for this many of its bytes. Two workers are faster than one from about 150,000 bytes on, which
 // are 40,000 faces with normals and texture coordinates, or 80,000 with positions alone: measured with
@@ -14,6 +14,7 @@ const stream_count_of = (bytes) =>
 export class Task {
   members = [];  // the pool's workers that have it
   #job;
+  #byte_count;
   #may_take;
   #on_progress;
   #on_part;
@@ -24,11 +25,14 @@ export class Task {
   constructor(id, job, { transfer = false, onProgress, onPart, workers }) {
     if (workers !== undefined && !(Number.isInteger(workers) && workers > 0))
       throw new PsplitError('the option `workers` is not a positive integer', 'invalid-input');
+    for (const [name, given] of Object.entries({ onProgress, onPart }))
+      if (typeof (given ?? Object) !== 'function') throw new PsplitError(`the option \`${name}\` is not a function`, 'invalid-input');
     const { bytes, kind } = job;
     this.id = id;
     this.#job = job;
-    this.#on_progress = onProgress;
-    this.#on_part = onPart;
+    this.#byte_count = bytes.length;
+    this.#on_progress = onProgress ?? undefined;
+    this.#on_part = onPart ?? undefined;
     this.#may_take = transfer && bytes.length === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
     // The number of workers to have.
     const useful = Math.max(1, Math.floor(bytes.length / kBytesOfWorker));
@@ -39,6 +43,7 @@ export class Task {
   // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before.
   messages(part_count, can_share) {
     const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes } = this.#job;
+    if (bytes.length !== this.#byte_count) throw new PsplitError("the data's buffer was transferred elsewhere", 'invalid-input');
     const parts = this.#on_part !== undefined, reports = parts || this.#on_progress !== undefined;
     const shared = is_shared ? new Uint8Array(new SharedArrayBuffer(bytes.length)) : null;
     shared?.set(bytes);
