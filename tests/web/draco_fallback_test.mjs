@@ -129,3 +129,10 @@ page_test('no draco3d at the address', { files, script: load_all, argument: { co
     assert.deepEqual(decoded, expected[0]);
     assert.match(message, /point clouds are not supported; use draco3d for them \(http.*\/nowhere\/draco_decoder\.wasm: HTTP status 404\)/);
   });
+
+// The policy that the README names. The page's import map has a nonce.
+page_test("three's DRACOLoader under a strict policy", { script: load_all, argument: { count: 1 },
+  files: { ...files, '/': files['/'].replace('<script type="importmap">', '<script type="importmap" nonce="of-the-map">') },
+  headers: { 'Content-Security-Policy': readFileSync(path.join(package_folder, 'README.md'), 'utf8').match(/^ *Content-Security-Policy: (.*worker-src blob:.*)$/m)[1]
+    .replace("script-src 'self'", "script-src 'self' 'nonce-of-the-map'") } },
+async ({ result }) => assert.deepEqual(await result, expected.slice(0, 1)));

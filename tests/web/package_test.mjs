@@ -11,7 +11,7 @@ import { modules_folder, package_folder, psplit } from './load.mjs';
 test('npm packs these files', () => {
   const [{ files }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json'], { cwd: package_folder, stdio: ['ignore', 'pipe', 'ignore'] }));
   assert.deepEqual(files.map((file) => file.path).sort(), [
-    'LICENSE', 'README.md',
+    'LICENSE', 'README.md', 'docs/web.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'babylon.d.ts', 'babylon.js',
     'container.js', 'container_job.js', 'error.js', 'files.js',
@@ -22,6 +22,29 @@ test('npm packs these files', () => {
     'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/psplit_plugin.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
+  for (const { path: file, mode } of files) assert.equal(mode, 0o644, file);
+});
+
+test('links work from the package', () => {
+  let count = 0;
+  for (const page of ['README.md', 'docs/web.md', 'draco/conformance.md']) {
+    const text = readFileSync(path.join(package_folder, page), 'utf8');
+    const anchors = [...text.matchAll(/^#+ (.*)$/gm)].map(([, heading]) => heading.toLowerCase().replace(/[^\w -]/g, '').replaceAll(' ', '-'));
+    for (const [, link] of text.matchAll(/\]\(([^)]*)\)/g)) {
+      ++count;
+      if (link.startsWith('#')) assert.ok(anchors.includes(link.slice(1)), `${page}: ${link}`);
+      else if (!link.startsWith('https://')) assert.ok(statSync(path.join(package_folder, path.dirname(page), link)).isFile(), `${page}: ${link}`);
+    }
+  }
+  assert.ok(count > 10);
+});
+
+test('package.json says what npm shows', () => {
+  const { license, keywords, description } = JSON.parse(readFileSync(path.join(package_folder, 'package.json')));
+  assert.equal(license, 'Apache-2.0');
+  assert.match(readFileSync(path.join(package_folder, 'LICENSE'), 'utf8'), /Apache License\s+Version 2\.0/);
+  for (const word of ['draco', 'gltf', 'three', 'wasm']) assert.ok(keywords.includes(word), word);
+  assert.ok(description.length > 20);
 });
 
 test('it exports what its types declare', () => {
@@ -55,3 +78,10 @@ for (const [name, most] of [['index.js', 7100], ['worker.js', 3900], ['three.js'
     const bytes = brotli(Buffer.concat(outputFiles.filter((file) => needed.has(file.path)).map(({ contents }) => contents)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
+
+test('the size of inline.js in a bundle of esbuild, as the README says', async () => {
+  const bundle = async (options) => (await build({ entryPoints: [path.join(package_folder, 'inline.js')], bundle: true, minify: true, format: 'esm',
+    write: false, external: ['node:*'], logLevel: 'error', ...options })).outputFiles[0].contents.length;
+  assert.match(readFileSync(path.join(package_folder, 'README.md'), 'utf8'), /`--charset=utf8`/);
+  assert.ok(await bundle({ charset: 'utf8' }) < 1.05 * statSync(path.join(package_folder, 'inline.js')).size);
+});

@@ -95,7 +95,10 @@ export class PsplitDracoLoader extends Loader<BufferGeometry> {
   defaultAttributeTypes: Record<string, string>;
   /** Does nothing: the decoder is found beside the package's code. */
   setDecoderPath(path: string | object): this;
-  /** Does nothing. */
+  /**
+   * Does nothing.
+   * @deprecated as in three's DRACOLoader
+   */
   setDecoderConfig(config: object): this;
   /** The most workers of the loader's own pool. Call it before decoding. */
   setWorkerLimit(limit: number): this;
