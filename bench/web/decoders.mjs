@@ -45,6 +45,8 @@ const by_interface = (name, create_module) => ({ name, stored: 'stock', async cr
   return { run: (primitive) => decode_by_interface(draco, primitive), memory: () => draco.HEAP8.length };
 } });
 
+const draco3d = (what) => by_interface(`draco3d ${what}`, () => require_module('draco3d').createDecoderModule({}));
+
 // draco3d's script is a classic one, inside a package of modules.
 const three_module = () => new Function('require', '__dirname',
   `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
@@ -79,7 +81,7 @@ export async function calling_thread(rival_files) {
   const of_files = (await rivals_of(rival_files)).map(({ name, decode }) => ({ name, stored: 'stock',
     create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) }));
   return [
-    by_interface('draco3d 1.5.7', () => require_module('draco3d').createDecoderModule({})),
+    draco3d('1.5.7'),
     by_interface('draco3d 1.5.9', () => require_module('draco3d-newest').createDecoderModule({})),
     by_interface("three's draco_decoder", three_module),
     ...of_files,
@@ -120,6 +122,7 @@ export const in_workers = () => [
       attributeIDs: Object.fromEntries(attributes.map(({ name, uniqueId }) => [name, uniqueId])),
       attributeTypes: Object.fromEntries(attributes.map(({ name }) => [name, 'Float32Array'])), useUniqueIDs: true }) };
   } },
+  draco3d('no worker'),
   by_pool('psplit, one stream, 1 worker', 'stock', 1, 'decodeDraco'),
   by_pool('psplit, patches, 1 worker', 'patches', 1, 'decodeContainer'),
   by_pool('psplit, patches, 2 workers', 'patches', 2, 'decodeContainer'),
