@@ -13,7 +13,7 @@ test('npm packs these files', () => {
   assert.deepEqual(files.map((file) => file.path).sort(), [
     'LICENSE', 'README.md', 'docs/web.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
-    'babylon.d.ts', 'babylon.js',
+    'asset.d.ts', 'asset.js', 'babylon.d.ts', 'babylon.js',
     'container.js', 'container_job.js', 'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',
@@ -63,7 +63,7 @@ for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm',
 
 // Code as pages have it: in one file, without comments, and without the loader's own code. What is imported later is not in it.
 const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
-for (const [name, most] of [['index.js', 7100], ['worker.js', 3900], ['three.js', 7800], ['babylon.js', 5600], ['gltf-transform.js', 7600]])
+for (const [name, most] of [['index.js', 7100], ['worker.js', 3900], ['three.js', 7800], ['babylon.js', 5600], ['asset.js', 7400], ['gltf-transform.js', 7600]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const { outputFiles, metafile } = await build({ entryPoints: [path.join(package_folder, name)], bundle: true, minify: true,
       format: 'esm', splitting: true, outdir: package_folder, write: false, metafile: true, external: ['three', 'three/*', '@gltf-transform/core'],

@@ -46,8 +46,8 @@ test('glTF-Transform', async () => {
   assert.equal(points_of(document), points_of(ahead));
   assert.equal(points_of(await io.read(path.join(folder, 'out.glb'))), points_of(document));
 });
-test('without a loader', async () => {
-  const { mesh, converted, whole } = await run(block('Without a loader'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
+test('streams and containers', async () => {
+  const { mesh, converted, whole } = await run(block('Streams and containers'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
   assert.deepEqual(converted.attributes[0].array, mesh.attributes[0].array);
   assert.equal(whole.attributes[0].array.length, 3 * whole.pointCount);
 });
@@ -79,7 +79,7 @@ test('errors', async () => {
 });
 
 // In a page.
-const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js',
+const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
   '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
   '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
@@ -89,6 +89,17 @@ const page = (code, names, body = '') => ({
   '/model.glb': { folder: sample }, '/mesh.drc': stream, '/block.js': `${code}\nexport { ${names} };`,
 });
 
+page_test('without a loader', { files: page(block('Without a loader'), ['primitives', 'decodeGlb']), script: async () => {
+  const { log } = console, lines = [];
+  console.log = (...values) => lines.push(values);
+  const { primitives, decodeGlb } = await import('/block.js');
+  console.log = log;
+  const again = await decodeGlb(await (await fetch('/model.glb')).arrayBuffer());
+  return [lines.length, lines[0][0], lines[0][3].length, primitives[0].attributes.POSITION.array.length, again.primitives.length];
+} }, async ({ result }) => {
+  const [count, name, ...lengths] = await result;
+  assert.deepEqual([count, name, lengths[0], lengths[2]], [1, 'terrain', lengths[1], 1]);
+});
 page_test('three.js', { files: page(block('three.js'), ['scene', 'pool']), script: async () => {
   const { scene, pool } = await import('/block.js');
   const [mesh] = scene.children[0].isMesh ? scene.children : scene.children[0].children;

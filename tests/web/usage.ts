@@ -3,6 +3,7 @@ import { NodeIO } from '@gltf-transform/core';
 import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
 import { registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
+import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
 import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
@@ -23,6 +24,14 @@ export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<nu
   pool.dispose();
   const same: typeof createPool = inline.createPool;
   return mesh.indices.length + container.patchCount + container.attributes[0]!.array.length + same().workerCount;
+}
+
+export async function assets(bytes: ArrayBuffer, pool: Pool, signal: AbortSignal): Promise<BufferGeometry[]> {
+  const assets: DecodedAsset[] = [await decodeGlb(bytes), await decodeGltf('a.gltf', { pool, signal })];
+  return assets.flatMap(({ primitives }) => primitives).map(({ indices, attributes }) => {
+    const { array, componentCount, normalized } = attributes['POSITION']!;
+    return new BufferGeometry().setIndex(indices && new BufferAttribute(indices, 1)).setAttribute('position', new BufferAttribute(array, componentCount, normalized));
+  });
 }
 
 export function code_of(error: unknown): string {

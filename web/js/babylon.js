@@ -2,7 +2,7 @@
 // extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
 import { error_from_data, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kExtensionName, stored_primitive } from './gltf.js';
+import { fitting_indices, kExtensionName, packed, stored_primitive } from './gltf.js';
 import { createPool } from './pool.js';
 
 let default_pool;
@@ -14,15 +14,6 @@ export function registerPsplit(registerGLTFExtension, { pool } = {}) {
 const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
-
-// Returns the bytes of an accessor without gaps.
-function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {
-  const component_bytes = componentType >= 5125 ? 4 : componentType >= 5122 ? 2 : 1;
-  const item_bytes = kComponentCounts[type] * component_bytes, bytes = new Uint8Array(count * item_bytes);
-  for (let i = 0, from = byteOffset; i < count; ++i, from += byteStride ?? item_bytes)
-    bytes.set(data.subarray(from, from + item_bytes), i * item_bytes);
-  return bytes;
-}
 
 class PatchesLoader {
   // The members that Babylon.js asks for.

@@ -1,6 +1,6 @@
 // A container in an instance of the module, and the range of its streams that the instance decodes. Synchronous.
 import { PsplitError } from './error.js';
-import { kArrays, kSemantics, kTypes } from './types.js';
+import { array_of, kSemantics, kTypes } from './types.js';
 
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
@@ -114,5 +114,3 @@ export class Container {
     return this.#instance.view(Uint32Array, at, length);
   }
 }
-
-export const array_of = (type) => kArrays[kTypes.indexOf(type)];

@@ -7,9 +7,10 @@
 // a port for each helper; helpers have one. All decode a range of streams each. Then each helper sends one message to
 // the lead, which resolves the references from one range to another, and has the result. Arrays of the mesh are
 // assembled by the lead, or if `is_shared`, all write to shared ones, which the lead sends to the helpers at first.
-import { array_of, Container } from './container.js';
+import { Container } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
 import { part_of, with_arrays } from './part.js';
+import { array_of } from './types.js';
 
 // The time for assembling a mesh, as a part of the time for decoding it on one worker.
 const kAssembling = 0.045;
