@@ -48,8 +48,10 @@ test('memory of _malloc outlives errors of calls', async () => {
   assert.notEqual(other, at);
   assert.ok(draco.HEAPU8.subarray(at, at + (1 << 20)).every((value) => value === 7));
   draco._free(other);
-  draco._free(other);
-  draco._free(at);
+  draco._free(other);  // changes nothing
+  const blocks = Array.from({ length: 3 }, () => draco._malloc(100));
+  assert.equal(new Set([...blocks, at]).size, 4);
+  assert.ok(draco.HEAPU8.subarray(at, at + (1 << 20)).every((value) => value === 7));
 });
 
 // A module whose decoding traps, as it does when memory runs out.

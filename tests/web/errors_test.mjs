@@ -5,6 +5,7 @@ import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import path from 'node:path';
 import test, { after } from 'node:test';
+import { pathToFileURL } from 'node:url';
 import { compressed_primitives, package_folder, psplit, root } from './load.mjs';
 import { streams } from './stock_draco.mjs';
 
@@ -50,6 +51,18 @@ test('buffers that were given away', async () => {
   structuredClone(data, { transfer: [data.buffer] });
   await assert.rejects(promise, kInvalid);
   assert.ok((await psplit.decodeDraco(stream)).faceCount > 0);
+});
+
+test('null in place of options of the plugins', async () => {
+  const { GLTFLoader, PsplitDracoLoader, PsplitPlugin } = await import('./three_loaders.mjs');
+  const { createDecoder, decodeAhead } = await import(pathToFileURL(path.join(package_folder, 'gltf-transform.js')));
+  const { registerPsplit } = await import(pathToFileURL(path.join(package_folder, 'babylon.js')));
+  assert.ok((await createDecoder(null)).decodeContainer(container, { attributes }).faceCount > 0);
+  await decodeAhead({ json: {}, resources: {} }, pool, null);
+  new PsplitDracoLoader(null).dispose();
+  registerPsplit(() => {}, null);
+  const loader = new GLTFLoader().register((parser) => new PsplitPlugin(parser, null));
+  assert.ok((await loader.parseAsync(JSON.stringify({ asset: { version: '2.0' } }), '')).psplit instanceof PsplitPlugin);
 });
 
 const other_module = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0]);  // which is empty

@@ -7,6 +7,7 @@ import path from 'node:path';
 import test from 'node:test';
 import { brotliCompressSync } from 'node:zlib';
 import { modules_folder, package_folder, psplit } from './load.mjs';
+import { code_of_page } from './page_code.mjs';
 
 test('npm packs these files', () => {
   const [{ files }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json'], { cwd: package_folder, stdio: ['ignore', 'pipe', 'ignore'] }));
@@ -61,25 +62,14 @@ for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm',
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-// Code as pages have it: in one file, without comments, and without the loader's own code. What is imported later is not in it.
-const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
 for (const [name, most] of [['index.js', 7100], ['worker.js', 3900], ['three.js', 7800], ['babylon.js', 5600], ['asset.js', 7400], ['gltf-transform.js', 7600]])
   test(`the size of ${name} and what it imports, minified`, async () => {
-    const { outputFiles, metafile } = await build({ entryPoints: [path.join(package_folder, name)], bundle: true, minify: true,
-      format: 'esm', splitting: true, outdir: package_folder, write: false, metafile: true, external: ['three', 'three/*', '@gltf-transform/core'],
-      logLevel: 'error' });
-    const outputs = new Map(Object.entries(metafile.outputs).map(([file, output]) => [path.resolve(file), output])), needed = new Set();
-    const need = (file) => {
-      needed.add(file);
-      for (const { path: imported, kind, external } of outputs.get(file).imports)
-        if (kind === 'import-statement' && !external && !needed.has(path.resolve(imported))) need(path.resolve(imported));
-    };
-    need(path.join(package_folder, name));
-    const bytes = brotli(Buffer.concat(outputFiles.filter((file) => needed.has(file.path)).map(({ contents }) => contents)));
+    const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
 test('the size of inline.js in a bundle of esbuild, as the README says', async () => {
+  const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
   const bundle = async (options) => (await build({ entryPoints: [path.join(package_folder, 'inline.js')], bundle: true, minify: true, format: 'esm',
     write: false, external: ['node:*'], logLevel: 'error', ...options })).outputFiles[0].contents.length;
   assert.match(readFileSync(path.join(package_folder, 'README.md'), 'utf8'), /`--charset=utf8`/);

@@ -7,8 +7,8 @@ import { createPool } from './pool.js';
 
 let default_pool;
 
-export function registerPsplit(registerGLTFExtension, { pool } = {}) {
-  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, pool));
+export function registerPsplit(registerGLTFExtension, options) {
+  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, options?.pool));
 }
 
 const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,

@@ -486,6 +486,7 @@ var DracoDecoderModule = (() => {
         if (!blocks.delete(at)) return;
         heap.exports.release(at);
         leave(heap);
+        if (blocks.size === 0) heap = core;
       },
       destroy(object) { object.__destroy__(); },
       getPointer: (object) => object.ptr,

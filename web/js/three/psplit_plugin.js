@@ -32,10 +32,10 @@ export class PsplitPlugin {
   #failure = null;          // the first one
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
-  constructor(parser, options = {}) {
+  constructor(parser, options) {
     this.#parser = parser;
-    this.#options = options;
-    this.#pool = options.pool ?? (default_pool ??= createPool());
+    this.#options = options ?? {};
+    this.#pool = this.#options.pool ?? (default_pool ??= createPool());
   }
 
   // The hooks of GLTFLoader. A function that is `async` rejects where it would throw, which the loader handles.
