@@ -4,7 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
-import { close_browser, open_page, skip as no_chromium } from './browser.mjs';
+import { close_browser, kMostMs, open_page, skip as no_chromium } from './browser.mjs';
 import { gltf_psplit, root } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
@@ -29,7 +29,7 @@ async function with_viewer(hash, use) {
   const opened = await open_page('about:blank'), { page } = opened;
   try {
     await page.setViewport({ width: 1280, height: 800 });
-    await page.goto(`http://127.0.0.1:${server.address().port}/${hash}`, { waitUntil: 'domcontentloaded' });
+    await page.goto(`http://127.0.0.1:${server.address().port}/${hash}`, { waitUntil: 'domcontentloaded', timeout: kMostMs });
     await use({ ...opened, state: state_of(page) });
   } finally {
     await opened.close();
