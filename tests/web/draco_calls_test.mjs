@@ -127,6 +127,12 @@ test('null objects', () => {
   for (const beyond of [mesh.num_faces(), -1]) assert.equal(decoder.GetFaceFromMesh(mesh, beyond, face), false);
 });
 
+test('a stored value that an attribute lacks', () => {
+  const { decoder, mesh } = decoded(ours, stream()), attribute = decoder.GetAttribute(mesh, 0), out = new ours.DracoFloat32Array();
+  for (const number of [-1, attribute.size(), 2 ** 32]) assert.equal(decoder.GetAttributeFloat(attribute, number, out), false);
+  assert.equal(decoder.GetAttributeFloat(decoder.GetAttributeByUniqueId(mesh, 99), 0, out), false);
+});
+
 test('status codes', () => {
   const bytes = stream(), cloud = encode_cloud(10);
   const codes = (draco, given) => {
@@ -161,13 +167,17 @@ function read_all({ decoder, mesh }, draco) {
       const out = new draco[`Draco${of}Array`]();
       return [name, decoder[`GetAttribute${name}ForAllPoints`](mesh, attribute, out) && values_of(out)];
     });
+    // Stored values, by their numbers.
+    const stored = [attribute.size()], value = new draco.DracoFloat32Array();
+    for (const number of new Set([0, 1, attribute.size() >> 1, attribute.size() - 1]))
+      if (components <= 4) stored.push(decoder.GetAttributeFloat(attribute, number, value) && values_of(value));
     const written = [];
     for (let type = 0; type <= draco.DT_TYPES_COUNT; ++type) {
       const bytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1, 4][type], size = bytes * mesh.num_points() * components, at = draco._malloc(size);
       written.push(decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, at) && draco.HEAPU8.slice(at, at + size));
       draco._free(at);
     }
-    return { facts, read, written };
+    return { facts, stored, read, written };
   });
 }
 // Streams whose attributes are described as those of another type. Draco stores unquantized values as their bytes. Those of

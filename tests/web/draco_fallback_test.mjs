@@ -60,7 +60,6 @@ test("calls that psplit lacks are draco3d's, with any decoder", { skip: corpus_f
   const decoder = new ours.Decoder(), out = new ours.Mesh();
   assert.ok(decoder.DecodeArrayToMesh(mesh, mesh.length, out).ok());
   assert.throws(() => decoder.GetTriangleStripsFromMesh(out, new ours.DracoInt32Array()), /psplit makes no triangle strips/);
-  assert.throws(() => decoder.GetAttributeFloat(decoder.GetAttribute(out, 0), 0, new ours.DracoFloat32Array()), /psplit keeps no numbers/);
 });
 
 test("draco3d's faults are passed on, and psplit's streams stay psplit's", () => {

@@ -252,7 +252,6 @@ class Pool {
     if (task !== null) return this.#cancel(task, failure);
     if (!is_up && this.#members.size > 0) this.#limit = this.#members.size;
     if (!is_up && this.#members.size === 0 && this.#may_run_here && failure !== error && !is_here && this.#waiting.length > 0) {
-      // eslint-disable-next-line no-console
       console.warn(`psplit: no worker can be started, so this thread decodes (${failure.message})`);
       this.#limit = 1;
       return void this.#start(true);

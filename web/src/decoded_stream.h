@@ -63,9 +63,13 @@ class DecodedStream {
   // none.
   bool write_integers(const Attribute& attribute, int32_t* out) const;
 
+  // For each point the number of the attribute's stored value that it has, in the order of the stream.
+  void write_value_numbers(const Attribute& attribute, uint32_t* out) const;
+
  private:
   DecodedStream() = default;
   void close_up_faces();
+  uint32_t vertex_of(const Attribute& attribute, uint32_t point) const;
 
   std::unique_ptr<uint8_t[]> bytes_, memory_;
   Patch patch_;

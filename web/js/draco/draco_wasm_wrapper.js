@@ -136,8 +136,9 @@ var DracoDecoderModule = (() => {
     class PointAttribute extends WrapperObject {
       constructor(mesh, index) {
         super();
-        const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 9);
+        const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 10);
         [this.semantic_, this.type_, this.components_, this.normalized_, this.unique_id_, this.coding_, this.bits_] = words;
+        this.value_count_ = words[9];
         this.range_ = new Float32Array(words.buffer, words.byteOffset + 28, 1)[0];
         // The origin is in the bytes of the stream, at any address.
         this.origin_ = this.coding_ === kQuantized
@@ -150,7 +151,7 @@ var DracoDecoderModule = (() => {
         this.normalized_ = 0;
         if (this.coding_ === kNormal) this.components_ = 2;
       }
-      size() { return this.mesh_.num_points(); }
+      size() { return this.value_count_; }
       attribute_type() { return this.semantic_; }
       data_type() { return this.type_; }
       num_components() { return this.components_; }
@@ -167,7 +168,7 @@ var DracoDecoderModule = (() => {
     }
     // Nothing can be read of it.
     const kNoAttribute = null_of(PointAttribute, { semantic_: 0, type_: 0, components_: 0, normalized_: 0, unique_id_: 0,
-      coding_: kRaw, is_skipped_: false, mesh_: { num_points: () => 0 } });
+      coding_: kRaw, is_skipped_: false, value_count_: 0 });
     class AttributeTransformData extends WrapperObject {
       constructor(type = -1) {
         super();
@@ -352,9 +353,16 @@ var DracoDecoderModule = (() => {
 
       // For meshes of draco3d alone.
       GetTriangleStripsFromMesh() { throw new Error('psplit makes no triangle strips'); }
-      GetAttributeFloat(attribute, ...rest) {
-        if (!(attribute instanceof PointAttribute)) return call_draco3d(this.their_decoder_(), 'GetAttributeFloat', attribute, rest);
-        throw new Error('psplit keeps no numbers of stored values: use GetAttributeFloatForAllPoints');
+      GetAttributeFloat(attribute, number, out) {
+        if (!(attribute instanceof PointAttribute)) return call_draco3d(this.their_decoder_(), 'GetAttributeFloat', attribute, [number, out]);
+        const { mesh_: mesh, components_: components } = attribute;
+        if (!(number >= 0 && number < attribute.value_count_)) return false;
+        const numbers = (attribute.value_numbers_ ??= read(mesh, Uint32Array, mesh.num_points(),
+          (at) => (mesh.core_.exports.write_value_numbers(mesh.handle_, attribute.index_, at), 1)));
+        const floats = (attribute.floats_ ??= values_of(mesh, attribute, DT_FLOAT32)), point = numbers.indexOf(number);
+        if (point < 0) return false;
+        out.array_ = floats.slice(point * components, (point + 1) * components);
+        return true;
       }
 
       GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, out) {
@@ -437,15 +445,19 @@ var DracoDecoderModule = (() => {
       const values = new kArrays[type](integers);
       return type === DT_FLOAT32 || type === DT_UINT32 || values.every((value, i) => value === integers[i]) ? values : null;
     }
+    // Null if a value does not fit the type.
+    function values_of(mesh, attribute, type) {
+      return attribute.is_skipped_ ? converted(integers_of(mesh, attribute), type)
+        : read(mesh, kArrays[type], value_count(mesh, attribute),
+          (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, type, at));
+    }
     // Whether values of the two types are the same bytes.
     const is_twin = (a, b) => a !== b && a >= DT_INT8 && a <= DT_UINT32 && Math.ceil(a / 2) === Math.ceil(b / 2);
     function values_for_all_points(mesh, attribute, type, out) {
       if (attribute === kNoAttribute) return false;
       // draco3d copies the bytes of sequential streams.
       const stored = mesh.is_sequential_ && is_twin(attribute.type_, type) ? attribute.type_ : type;
-      const values = attribute.is_skipped_ ? converted(integers_of(mesh, attribute), stored)
-        : read(mesh, kArrays[stored], value_count(mesh, attribute),
-          (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, stored, at));
+      const values = values_of(mesh, attribute, stored);
       if (values === null) return false;
       out.array_ = stored === type ? values : new kArrays[type](values.buffer);
       return true;
