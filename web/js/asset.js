@@ -1,6 +1,7 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
 import { PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive } from './gltf.js';
+import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive }
+  from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
 import { bytes_of } from './job.js';
 import { is_node, node_module } from './node.js';
@@ -13,7 +14,8 @@ const on_this_thread = { decodeContainer, decodeDraco };
 const invalid = (message) => new PsplitError(message, 'invalid-input');
 const ended = () => new PsplitError('aborted', 'aborted');
 // Malformed JSON makes JavaScript throw in many places.
-const as_psplit_error = (error) => (error instanceof PsplitError ? error : invalid(`the asset is malformed: ${error.message ?? error}`));
+const as_psplit_error = (error) =>
+  (error instanceof PsplitError ? error : invalid(`the asset is malformed: ${error.message ?? error}`));
 
 async function fetch_bytes(url, signal) {
   try {
@@ -71,14 +73,15 @@ class Asset {
   }
 
   async primitives() {
-    const places = (this.#json.meshes ?? []).flatMap((mesh, m) => mesh.primitives.map((definition, p) => [mesh, m, definition, p]));
-    return Promise.all(places.map(async ([{ name }, m, definition, p]) => {
+    const places = (this.#json.meshes ?? []).flatMap(({ name, primitives }, m) =>
+      primitives.map((definition, p) => [definition, m, p, name === undefined ? '' : ` "${name}"`]));
+    return Promise.all(places.map(async ([definition, m, p, name]) => {
       try {
         const { mode = 4, material } = definition;
         return { mesh: m, primitive: p, mode, ...(material !== undefined && { material }), ...await this.#primitive(definition) };
       } catch (error) {
         const { code, message, patch } = as_psplit_error(error);
-        throw Object.assign(new PsplitError(`mesh ${m}${name === undefined ? '' : ` "${name}"`}, primitive ${p}: ${message}`, code), { patch });
+        throw Object.assign(new PsplitError(`mesh ${m}${name}, primitive ${p}: ${message}`, code), { patch });
       }
     }));
   }
@@ -93,8 +96,8 @@ class Asset {
       return { ...decoded, attributes: { ...await this.#attributes(definition, names), ...decoded.attributes } };
     } catch (error) {
       // What cannot be decoded may have a fallback, but not what is invalid.
-      const accessors = [definition.indices, ...names.map((name) => definition.attributes[name])].map((i) => this.#json.accessors[i]);
-      const has_fallback = accessors.every((accessor) => accessor?.bufferView !== undefined);
+      const accessors = [definition.indices, ...names.map((name) => definition.attributes[name])];
+      const has_fallback = accessors.every((i) => this.#json.accessors[i]?.bufferView !== undefined);
       if (!['unsupported', 'failed', 'out-of-memory'].includes(error.code) || !has_fallback) throw error;
       return this.#plain_primitive(definition);
     }
@@ -114,7 +117,8 @@ class Asset {
     const mesh = await this.#decoded('decodeDraco', bufferView, requests);
     const Type = kIndexArrays[this.#json.accessors?.[definition.indices]?.componentType] ?? Uint32Array;
     const fits = mesh.pointCount < 2 ** (8 * Type.BYTES_PER_ELEMENT);
-    return { coding: 'draco', pointCount: mesh.pointCount, indices: Type === Uint32Array || !fits ? mesh.indices : new Type(mesh.indices),
+    return { coding: 'draco', pointCount: mesh.pointCount,
+      indices: Type === Uint32Array || !fits ? mesh.indices : new Type(mesh.indices),
       attributes: by_name(mesh.attributes.map((attribute, i) => ({ ...attribute, normalized: requests[i].normalized }))) };
   }
   #decoded(decode, view, attributes) {
@@ -143,8 +147,8 @@ class Asset {
   #accessor(i) {
     const accessor = this.#json.accessors?.[i];
     if (accessor === undefined) throw invalid(`there is no accessor ${i}`);
-    const { componentType, type, count } = accessor;
-    if (kComponentTypes[componentType] === undefined || kComponentCounts[type] === undefined || !Number.isInteger(count) || count < 0)
+    const { componentType, type, count } = accessor, is_typed = componentType in kComponentTypes && type in kComponentCounts;
+    if (!is_typed || !Number.isInteger(count) || count < 0)
       throw invalid(`accessor ${i} has no valid type or count`);
     return accessor;
   }
@@ -157,19 +161,23 @@ class Asset {
     return { type: kComponentTypes[componentType], componentCount, normalized, array };
   }
   async #apply_sparse(array, componentCount, { componentType, type }, { count, indices, values }) {
-    const read = async ({ bufferView, byteOffset }, description) => packed(await this.#view(bufferView), { ...description, byteOffset, count }, {}).buffer;
-    const places = new kIndexArrays[indices.componentType](await read(indices, { componentType: indices.componentType, type: 'SCALAR' }));
-    const from = new array.constructor(await read(values, { componentType, type }));
-    places.forEach((place, i) => array.set(from.subarray(i * componentCount, (i + 1) * componentCount), place * componentCount));
+    const read = async (Type, { bufferView, byteOffset }, description) =>
+      new Type(packed(await this.#view(bufferView), { ...description, byteOffset, count }, {}).buffer);
+    const places = await read(kIndexArrays[indices.componentType], indices, { componentType: indices.componentType, type: 'SCALAR' });
+    const from = await read(array.constructor, values, { componentType, type });
+    places.forEach((place, i) =>
+      array.set(from.subarray(i * componentCount, (i + 1) * componentCount), place * componentCount));
   }
 
   async #view(i) {
     const view = this.#json.bufferViews?.[i];
     if (view === undefined) throw invalid(`there is no buffer view ${i}`);
-    const { buffer, byteOffset = 0, byteLength, extensions } = view, meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
+    const { buffer, byteOffset = 0, byteLength, extensions } = view;
+    const meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
     if (meshopt !== undefined) throw new PsplitError(`buffer view ${i} has ${meshopt}`, 'unsupported');
     const bytes = await this.#buffer(buffer);
-    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length)) throw invalid(`buffer view ${i} is not in its buffer`);
+    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length))
+      throw invalid(`buffer view ${i} is not in its buffer`);
     return bytes.subarray(byteOffset, byteOffset + byteLength);
   }
   #buffer(i) {
@@ -187,7 +195,8 @@ class Asset {
       const characters = uri.slice(0, comma).endsWith(';base64') ? atob(text) : decodeURIComponent(text);
       return Uint8Array.from(characters, (character) => character.charCodeAt(0));
     }
-    if (this.#url === undefined) throw invalid(`buffer ${i} is in the file ${uri}: the option \`url\` has to say where the asset is`);
+    if (this.#url === undefined)
+      throw invalid(`buffer ${i} is in the file ${uri}: the option \`url\` has to say where the asset is`);
     return fetch_bytes(new URL(uri, this.#url), this.#signal);
   }
 }
