@@ -101,6 +101,17 @@ page_test('three.js, patch by patch', { files: page(block('three.js', 1), ['scen
   scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
   return facts.patchCount;
 } }, async ({ result }) => assert.ok(await result > 1));
+page_test('three.js, while bytes arrive', { files: page(block('three.js', 2), ['scene', 'psplit']), script: async () => {
+  const { scene, psplit } = await import('/block.js');
+  let facts = null;
+  scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
+  return facts.patchCount;
+} }, async ({ result }) => assert.ok(await result > 1));
+page_test('while bytes arrive', { files: page(block('Workers', 1), ['pool', 'primitives', 'triangles']), script: async () => {
+  const { pool, primitives, triangles } = await import('/block.js');
+  pool.dispose();
+  return triangles.reduce((all, count) => all + count, 0) === primitives[0].faceCount;
+} }, async ({ result }) => assert.equal(await result, true));
 page_test('Babylon.js', { files: page(block('Babylon.js'), ['meshes']), script: async () => {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
   globalThis.scene = new Scene(new NullEngine());

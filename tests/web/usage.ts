@@ -5,7 +5,7 @@ import { registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
-import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
+import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<number> {
@@ -33,6 +33,15 @@ export function loaders(pool: Pool, signal: AbortSignal): GLTFLoader {
   return loader.register((parser) => new PsplitPlugin(parser, { pool, signal, patchByPatch: true, onProgress(done, total, { mesh, primitive }) {
     console.log(done, total, mesh, primitive);
   } }));
+}
+
+export async function arriving(pool: Pool, signal: AbortSignal): Promise<number> {
+  const { json, primitives } = await pool.decodeUrl(new URL('https://example.com/a.glb'), { signal, workers: 1,
+    onProgress: (done, total) => console.log(done / total), onPart: (part, { faceCount }, { mesh }) => console.log(part.isFinal, faceCount, mesh) });
+  const { body } = await fetch('/a.bin'), mesh: DecodedContainer = await pool.decodeStream(body!, { onPart: (part) => console.log(part.firstFace) });
+  const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
+  await psplit.whole;
+  return scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
 }
 
 export async function io(pool: Pool): Promise<void> {

@@ -1,6 +1,8 @@
 // A pool of workers. Jobs wait in order; each goes to the next idle worker, or to several if it is large. Workers start
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
+import { ArrivingAsset } from './arriving_asset.js';
+import { ArrivingBytes } from './arriving.js';
 import { error_from_data, PsplitError } from './error.js';
 import { node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
@@ -9,6 +11,8 @@ import { is_node, node_module } from './node.js';
 import { Task } from './task.js';
 
 const kDefaultWorkers = 4;
+// A container of which this is all has so few patches that it is decoded when it is whole.
+const kLeastBytes = 16384;
 
 // Starts a worker, which calls receive(message) or fail(error).
 async function start_worker(receive, fail) {
@@ -74,6 +78,39 @@ class Pool {
   async decodePatches(data, options = {}) {
     if (typeof options.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
     return this.#add(make_job('container', data, options), options);
+  }
+
+  async decodeStream(stream, options = {}) {
+    const job = make_job('container', new Uint8Array(), options), source = new ArrivingBytes(stream, options.signal);
+    await source.until(kLeastBytes);
+    return this.#add({ ...job, source }, options);
+  }
+
+  async decodeUrl(url, { signal, onProgress, onPart, ...options } = {}) {
+    const stop = new AbortController(), abort = () => stop.abort();
+    signal?.addEventListener('abort', abort);
+    if (signal?.aborted) abort();
+    try {
+      const asset = await ArrivingAsset.open(url, stop.signal), counts = [];
+      const progress = (i, done, total) => {
+        counts[i] = { done, total };
+        const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
+        onProgress(sum('done'), sum('total'));
+      };
+      const primitives = await Promise.all(asset.containers().map(async (container, i) => {
+        const { view, attributes, uses } = container;
+        const mesh = await this.decodeStream(asset.chunks(view), { ...options, ...(attributes && { attributes }),
+          signal: stop.signal,
+          onProgress: onProgress && ((done, total) => progress(i, done, total)),
+          onPart: onPart && ((part, of) => onPart(part, of, uses[0])) }).catch((error) => { throw asset.placed(error, uses[0]); });
+        asset.check(container, mesh);
+        return uses.map((use) => ({ ...use, ...mesh }));
+      }));
+      return { json: asset.json, primitives: primitives.flat() };
+    } finally {
+      stop.abort();  // of what is not needed, and after an error of the other containers
+      signal?.removeEventListener('abort', abort);
+    }
   }
 
   // Ends all workers. Jobs that are not done reject.
@@ -166,8 +203,23 @@ class Pool {
     try {
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
+      if (task.source !== undefined) this.#feed(task, members[0]);
     } catch (error) {
       this.#cancel(task, new PsplitError(error.message, 'failed'));
+    }
+  }
+
+  // Posts the bytes of a task as they arrive.
+  async #feed(task, member) {
+    try {
+      for await (const chunk of task.source.chunks(0)) {
+        if (member.task !== task) return;
+        const copy = chunk.slice();
+        member.worker.post({ id: task.id, chunk: copy }, [copy.buffer]);
+      }
+      if (member.task === task) member.worker.post({ id: task.id, chunk: null });
+    } catch (error) {
+      if (member.task === task) this.#cancel(task, error);
     }
   }
 

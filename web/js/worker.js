@@ -8,7 +8,24 @@ const post = (message, transfer) => port.postMessage(message, transfer);
 
 let decoder;
 
-async function receive({ module, id, job }) {
+// The chunks of a job that arrives.
+class Inbox {
+  #chunks = [];
+  #wake = () => {};
+
+  add(chunk) {
+    this.#chunks.push(chunk);
+    this.#wake();
+  }
+  async next() {
+    if (this.#chunks.length === 0) await new Promise((resolve) => (this.#wake = resolve));
+    return this.#chunks.shift();
+  }
+}
+let inbox = null;
+
+async function receive({ module, id, job, chunk }) {
+  if (chunk !== undefined) return inbox?.id === id ? inbox.add(chunk) : undefined;
   if (module !== undefined) {
     decoder = new Decoder(module);
     post({ is_up: true });
@@ -16,7 +33,9 @@ async function receive({ module, id, job }) {
   }
   try {
     const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
-    const result = await (job.ports === undefined ? decoder.run(job, report) : decoder.run_part(job, report));
+    inbox = job.arrives ? Object.assign(new Inbox(), { id }) : null;
+    const is_part = job.ports !== undefined || job.arrives;
+    const result = await (is_part ? decoder.run_part(job, report, () => inbox.next()) : decoder.run(job, report));
     if (result !== undefined) post({ id, result }, buffers_of(result));
   } catch (error) {
     post({ id, error: error_to_data(error) });

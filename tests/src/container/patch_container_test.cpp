@@ -77,6 +77,36 @@ TEST(PatchContainer, GivesBackWhatWasWritten) {
   EXPECT_EQ(container.condensed_count(), 0u);
 }
 
+TEST(PatchContainer, OpensAsItsBytesArrive) {
+  const std::vector<uint8_t> bytes = three_streams().write();
+  const PatchContainer whole = *open_container(bytes);
+  const std::span front(bytes.data(), static_cast<size_t>(whole.header_bytes));
+  PatchContainer short_of_a_byte;
+  EXPECT_FALSE(open_front(front.first(front.size() - 1), false, short_of_a_byte).ok());
+  PatchContainer not_whole;
+  EXPECT_FALSE(open_front(front, true, not_whole).ok());
+
+  PatchContainer container;
+  ASSERT_TRUE(open_front(front, false, container).ok());
+  EXPECT_EQ(container.total_bytes(), bytes.size());
+  EXPECT_EQ(container.entries, whole.entries);
+  // Memory of exactly this size: a read behind what has arrived would read zeros, which are no header.
+  std::vector<uint8_t> memory(bytes.size());
+  container.place(memory);
+  for (size_t arrived = 0; arrived <= bytes.size(); ++arrived) {
+    std::copy_n(bytes.begin(), arrived, memory.begin());
+    ASSERT_TRUE(container.read_headers(arrived).ok());
+    size_t there = 0, end = static_cast<size_t>(whole.header_bytes + whole.stitch_bytes());
+    for (const StreamEntry& entry : whole.entries) there += (end += entry.stream_bytes) <= arrived ? 1 : 0;
+    EXPECT_EQ(container.headers.size(), there);
+  }
+  EXPECT_EQ(container.headers[1].counts.face_count, 101u);
+
+  memory[memory.size() - whole.entries[2].stream_bytes] = 'X';
+  container.headers.pop_back();
+  EXPECT_EQ(container.read_headers(memory.size()).place().patch, 2);
+}
+
 TEST(PatchContainer, OneStreamCostsThirtyBytes) {
   const std::vector<StreamEntry> entries = {{1000, 12, 8, 0, 0}};
   const std::vector<std::vector<uint8_t>> stitch = {{}}, streams = {std::vector<uint8_t>(1000)};
