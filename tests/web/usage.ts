@@ -1,7 +1,7 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
 import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
-import { registerPsplit } from 'psplit/babylon';
+import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
@@ -41,7 +41,9 @@ export async function arriving(pool: Pool, signal: AbortSignal): Promise<number>
   const { body } = await fetch('/a.bin'), mesh: DecodedContainer = await pool.decodeStream(body!, { onPart: (part) => console.log(part.firstFace) });
   const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
   await psplit.whole;
-  return scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
+  const load = async (source: string, scene: { name: string }) => ({ meshes: [source, scene.name] });
+  const { meshes } = await loadIntoBabylon(load, '/a.glb', { name: 'a' }, { signal, onPart: (part, { faceCount }) => console.log(part.patches, faceCount) });
+  return meshes.length + scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
 }
 
 export async function io(pool: Pool): Promise<void> {

@@ -97,23 +97,19 @@ export class ArrivingAsset {
   // The bytes of a buffer view as they arrive; null: of the whole file.
   async* chunks(view) {
     if (view === null) return yield* this.#file.chunks(0);
-    const { bytes, begin, end } = await this.#place_of(view);
-    yield* bytes.chunks(begin, end);
+    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[view], { bytes, begin } = await this.#buffer(buffer);
+    yield* bytes.chunks(begin + byteOffset, begin + byteOffset + byteLength);
   }
-  // All bytes of a buffer view, or of a buffer.
-  async view(number) {
-    const { bytes, begin, end } = await this.#place_of(number);
-    return bytes.bytes(begin, end);
+  // All bytes of a buffer view, or of a part of a buffer.
+  view(number) {
+    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[number];
+    return this.buffer(buffer, byteOffset, byteLength);
   }
-  async buffer(number) {
+  async buffer(number, offset = 0, length = this.json.buffers[number].byteLength) {
     const { bytes, begin } = await this.#buffer(number);
-    return bytes.bytes(begin, begin + this.json.buffers[number].byteLength);
+    return bytes.bytes(begin + offset, begin + offset + length);
   }
 
-  async #place_of(view) {
-    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[view], { bytes, begin } = await this.#buffer(buffer);
-    return { bytes, begin: begin + byteOffset, end: begin + byteOffset + byteLength };
-  }
   // Where a buffer's bytes arrive. Other files are asked for when they are needed.
   async #buffer(number) {
     const uri = this.json.buffers?.[number]?.uri;
