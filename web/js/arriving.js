@@ -1,6 +1,18 @@
 // Bytes that arrive from the first to the last.
 import { PsplitError } from './error.js';
 
+/** A signal that aborts with others (undefined ones are left out) and when end() is called, which lets go of them. */
+export function signal_of(...others) {
+  const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();
+  const signals = others.filter((other) => other !== undefined);
+  for (const other of signals) other.addEventListener('abort', abort);
+  if (signals.some(({ aborted }) => aborted)) abort();
+  return { signal, end() {
+    for (const other of signals) other.removeEventListener('abort', abort);
+    abort();
+  } };
+}
+
 // How to read from a ReadableStream, over which not all browsers can iterate, or from an AsyncIterable.
 function reader_of(source) {
   if (typeof source?.getReader === 'function') {

@@ -1,6 +1,7 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader. Before the loader reads a mesh, each primitive of the
 // extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
+import { signal_of } from './arriving.js';
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
 import { fitting_indices, kComponentCounts, kExtensionName, stored_primitive } from './gltf.js';
@@ -18,25 +19,22 @@ const arriving = new Map(), kAddress = 'psplit-arriving:';
 let next_number = 0;
 const arriving_of = ({ uri = '' }) => (uri.startsWith(kAddress) ? arriving.get(Number(uri.slice(kAddress.length))) : undefined);
 
-export async function loadStreaming(load, url, scene, { signal, onProgress, onPart, ...options } = {}) {
-  const stop = new AbortController(), abort = () => stop.abort(), number = next_number++;
-  signal?.addEventListener('abort', abort);
-  if (signal?.aborted) abort();
+export async function loadStreaming(load, url, scene, { signal: outer, onProgress, onPart, ...options } = {}) {
+  const { signal, end } = signal_of(outer), number = next_number++;
   try {
-    const asset = await ArrivingAsset.open(url, stop.signal), { json } = asset;
+    const asset = await ArrivingAsset.open(url, signal), { json } = asset;
     if (json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
     if (!json.extensionsUsed?.includes(kExtensionName)) throw new PsplitError(`${url}: the asset has no ${kExtensionName}`, 'unsupported');
     arriving.set(number, { asset, onProgress, onPart });
     const text = JSON.stringify({ ...json, buffers: json.buffers?.map((buffer) => ({ ...buffer, uri: `${kAddress}${number}` })) });
     const loaded = await load(`data:${text}`, scene, { rootUrl: url.slice(0, url.lastIndexOf('/') + 1), pluginExtension: '.gltf', ...options });
-    if (stop.signal.aborted) throw new PsplitError('aborted', 'aborted');
+    if (signal.aborted) throw new PsplitError('aborted', 'aborted');
     return loaded;
   } catch (error) {
-    throw stop.signal.aborted ? new PsplitError('aborted', 'aborted') : error;
+    throw signal.aborted ? new PsplitError('aborted', 'aborted') : error;
   } finally {
     arriving.delete(number);
-    signal?.removeEventListener('abort', abort);
-    abort();
+    end();
   }
 }
 

@@ -2,7 +2,7 @@
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
 import { ArrivingAsset } from './arriving_asset.js';
-import { ArrivingBytes } from './arriving.js';
+import { ArrivingBytes, signal_of } from './arriving.js';
 import { error_from_data, PsplitError } from './error.js';
 import { node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
@@ -81,17 +81,20 @@ class Pool {
   }
 
   async decodeStream(stream, options = {}) {
-    const job = make_job('container', new Uint8Array(), options), source = new ArrivingBytes(stream, options.signal);
-    await source.until(kLeastBytes);
-    return this.#add({ ...job, source }, options);
+    const job = make_job('container', new Uint8Array(), options), { signal, end } = signal_of(options.signal);
+    try {
+      const source = new ArrivingBytes(stream, signal);
+      await source.until(kLeastBytes);
+      return await this.#add({ ...job, source }, options);
+    } finally {
+      end();  // after an error, the stream
+    }
   }
 
-  async decodeUrl(url, { signal, onProgress, onPart, ...options } = {}) {
-    const stop = new AbortController(), abort = () => stop.abort();
-    signal?.addEventListener('abort', abort);
-    if (signal?.aborted) abort();
+  async decodeUrl(url, { signal: outer, onProgress, onPart, ...options } = {}) {
+    const { signal, end } = signal_of(outer);
     try {
-      const asset = await ArrivingAsset.open(url, stop.signal), counts = [];
+      const asset = await ArrivingAsset.open(url, signal), counts = [];
       const progress = (i, done, total) => {
         counts[i] = { done, total };
         const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
@@ -100,7 +103,7 @@ class Pool {
       const primitives = await Promise.all(asset.containers().map(async (container, i) => {
         const { view, attributes, uses } = container;
         const mesh = await this.decodeStream(asset.chunks(view), { ...options, ...(attributes && { attributes }),
-          signal: stop.signal,
+          signal,
           onProgress: onProgress && ((done, total) => progress(i, done, total)),
           onPart: onPart && ((part, of) => onPart(part, of, uses[0])) }).catch((error) => { throw asset.placed(error, uses[0]); });
         asset.check(container, mesh);
@@ -108,8 +111,7 @@ class Pool {
       }));
       return { json: asset.json, primitives: primitives.flat() };
     } finally {
-      stop.abort();  // of what is not needed, and after an error of the other containers
-      signal?.removeEventListener('abort', abort);
+      end();  // what is not needed, and after an error the other containers
     }
   }
 

@@ -1,5 +1,6 @@
 // GLTFLoader reads a file when it is whole. Here its plugin reads the file as it arrives.
 import { LoaderUtils } from 'three';
+import { signal_of } from '../arriving.js';
 import { ArrivingAsset } from '../arriving_asset.js';
 import { PsplitError } from '../error.js';
 import { PsplitPlugin } from './psplit_plugin.js';
@@ -11,23 +12,17 @@ import { PsplitPlugin } from './psplit_plugin.js';
  * @param {PsplitPluginOptions} [options]
  */
 export async function loadStreaming(loader, url, options = {}) {
-  const { manager, requestHeader, withCredentials } = loader, stop = new AbortController(), abort = () => stop.abort();
-  const signals = [options.signal, manager.abortController?.signal].filter((signal) => signal !== undefined);
-  for (const signal of signals) signal.addEventListener('abort', abort);
-  if (signals.some(({ aborted }) => aborted)) abort();
-  const end = () => {
-    for (const signal of signals) signal.removeEventListener('abort', abort);
-    stop.abort();
-  };
+  const { manager, requestHeader, withCredentials } = loader;
+  const { signal, end } = signal_of(options.signal, manager.abortController?.signal);
   const request_of = (address) => new Request(manager.resolveURL(address),
     { headers: requestHeader, credentials: withCredentials ? 'include' : 'same-origin' });
   const path = loader.resourcePath || LoaderUtils.resolveURL(LoaderUtils.extractUrlBase(url), loader.path);
   manager.itemStart(url);
   try {
-    const asset = await ArrivingAsset.open(request_of(LoaderUtils.resolveURL(url, loader.path)), stop.signal,
+    const asset = await ArrivingAsset.open(request_of(LoaderUtils.resolveURL(url, loader.path)), signal,
       (uri) => request_of(LoaderUtils.resolveURL(uri, path)));
     if (asset.json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
-    const make_plugin = (parser) => new PsplitPlugin(parser, { file: url, patchByPatch: true, ...options, signal: stop.signal, asset });
+    const make_plugin = (parser) => new PsplitPlugin(parser, { file: url, patchByPatch: true, ...options, signal, asset });
     const gltf = await new Promise((resolve, reject) => {
       loader.register(make_plugin);
       try {
@@ -37,7 +32,7 @@ export async function loadStreaming(loader, url, options = {}) {
       }
     });
     // GLTFLoader goes on without textures that it cannot load.
-    if (stop.signal.aborted) throw new PsplitError('aborted', 'aborted');
+    if (signal.aborted) throw new PsplitError('aborted', 'aborted');
     gltf.psplit.whole.then(end, end);
     return gltf;
   } catch (error) {
