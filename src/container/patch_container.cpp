@@ -258,4 +258,16 @@ std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool 
   return bytes;
 }
 
+std::vector<uint8_t> with_head_section(const PatchContainer& container, HeadSection type,
+                                       std::span<const uint8_t> section) {
+  constexpr size_t kHeadBytesAt = kHeaderBytes - sizeof(uint32_t);
+  std::vector<uint8_t> added, length;
+  append_head_section(type, section, added);
+  append_integer(length, container.head_bytes + added.size(), sizeof(uint32_t));
+  std::vector<uint8_t> bytes(container.bytes.begin(), container.bytes.end());
+  std::copy(length.begin(), length.end(), bytes.begin() + kHeadBytesAt);
+  bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(container.header_bytes), added.begin(), added.end());
+  return bytes;
+}
+
 }  // namespace psplit

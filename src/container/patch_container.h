@@ -31,6 +31,7 @@ namespace psplit {
 inline constexpr uint8_t kContainerVersion = 1;
 
 class BorderValues;
+enum class HeadSection : uint8_t;
 struct CondensedHead;
 
 // An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
@@ -124,5 +125,9 @@ std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool 
                                      std::span<const std::vector<uint8_t>> stitch,
                                      std::span<const std::vector<uint8_t>> streams,
                                      std::span<const uint8_t> head = {});
+
+// The container with one more section in its head, which has none of this type and ends with it.
+std::vector<uint8_t> with_head_section(const PatchContainer& container, HeadSection type,
+                                       std::span<const uint8_t> section);
 
 }  // namespace psplit

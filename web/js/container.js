@@ -7,6 +7,30 @@ const wrong_length = () => new PsplitError('container: its length is not the sum
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 
+// The boxes of streams, which a section of a valid container's head may have. Undefined if there are none, or if they are broken.
+function boxes_of(bytes, stream_count) {
+  const kHeader = 20, kBoxes = 128, kBounds = 24, kSteps = 255;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
+  const end = kHeader + word(12) + word(16);
+  for (let at = kHeader + word(12), length; at < end; at += length) {
+    const type = bytes[at++];
+    length = 0;
+    for (let scale = 1; ; scale *= 128) {
+      const byte = bytes[at++];
+      length += (byte % 128) * scale;
+      if (byte < 128) break;
+    }
+    if (type !== kBoxes) continue;
+    if (length !== kBounds + 6 * stream_count) return undefined;
+    const bounds = Array.from({ length: 6 }, (_, i) => view.getFloat32(at + 4 * i, true));
+    return Float64Array.from({ length: 6 * stream_count }, (_, i) => {
+      const low = bounds[i % 3], high = bounds[(i % 3) + 3], step = bytes[at + kBounds + i];
+      return step === kSteps ? high : low + ((high - low) * step) / kSteps;
+    });
+  }
+  return undefined;
+}
+
 export class Container {
   #instance;
   #handle;
@@ -28,6 +52,7 @@ export class Container {
       instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 7);
     this.#memory = memory;
     this.byte_count = byte_count;
+    this.boxes = boxes_of(bytes, stream_count);
     this.stream_count = stream_count;
     this.has_residue = has_residue !== 0;
     this.is_condensed = is_condensed !== 0;

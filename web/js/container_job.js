@@ -76,8 +76,9 @@ function reporter(container, first, end, { reports, parts }, post) {
   };
 }
 
-const counts_of = ({ face_count, has_residue, is_condensed, point_count, stream_count }) => ({ faceCount: face_count,
-  pointCount: point_count, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue, isCondensed: is_condensed });
+const counts_of = ({ boxes, face_count, has_residue, is_condensed, point_count, stream_count }) => ({ faceCount: face_count,
+  pointCount: point_count, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue, isCondensed: is_condensed,
+  ...(boxes && { boxes }) });
 const result_of = (container, [indices, ...values]) => ({ ...counts_of(container), firstFaces: container.first_faces,
   firstPoints: container.first_points, indices, attributes: with_arrays(container.attributes, values) });
 

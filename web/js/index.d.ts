@@ -53,6 +53,11 @@ export interface ContainerCounts {
   hasResidue: boolean;
   /** Whether patches share tables; otherwise each is a Draco stream. */
   isCondensed: boolean;
+  /**
+   * The boxes of the patches, if the container has them (`gltf-psplit encode --boxes`): for each patch, and the residue, the least
+   * x, y and z of its positions, and the greatest. If a least is above its greatest, there are no positions.
+   */
+  boxes?: Float64Array;
 }
 
 export interface DecodedContainer extends DecodedMesh, ContainerCounts {
