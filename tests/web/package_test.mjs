@@ -15,12 +15,12 @@ test('npm packs these files', () => {
     'LICENSE', 'README.md', 'docs/web.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'asset.d.ts', 'asset.js', 'babylon.d.ts', 'babylon.js',
-    'container.js', 'container_job.js', 'error.js', 'files.js',
+    'arriving.js', 'arriving_asset.js', 'container.js', 'container_job.js', 'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'job_runner.js', 'module.js', 'node.js', 'package.json', 'part.js', 'pool.js', 'psplit.wasm', 'task.js', 'types.js', 'worker.js',
     'three.d.ts', 'three.js',
-    'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/psplit_plugin.js',
+    'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/load_streaming.js', 'three/psplit_plugin.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
   for (const { path: file, mode } of files) assert.equal(mode, 0o644, file);
@@ -56,13 +56,13 @@ test('it exports what its types declare', () => {
 // Limits a little above the sizes, so that growth is seen. The targets are 30 KB for the module that a page loads, and 4 KB for the
 // code of plugin and pool.
 const brotli = (contents) => brotliCompressSync(contents).length;
-for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm', 32700], ['draco/draco_wasm_wrapper.js', 7400], ['inline.js', 88900]])
+for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm', 32700], ['draco/draco_wasm_wrapper.js', 7400], ['inline.js', 94900]])
   test(`the size of ${name}`, () => {
     const bytes = brotli(readFileSync(path.join(package_folder, name)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 7100], ['worker.js', 3900], ['three.js', 7800], ['babylon.js', 5600], ['asset.js', 7400], ['gltf-transform.js', 7600]])
+for (const [name, most] of [['index.js', 10100], ['worker.js', 4550], ['three.js', 10100], ['babylon.js', 7900], ['asset.js', 8050], ['gltf-transform.js', 8200]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

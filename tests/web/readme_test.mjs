@@ -112,13 +112,24 @@ page_test('three.js, patch by patch', { files: page(block('three.js', 1), ['scen
   scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
   return facts.patchCount;
 } }, async ({ result }) => assert.ok(await result > 1));
-page_test('Babylon.js', { files: page(block('Babylon.js'), ['meshes']), script: async () => {
+page_test('three.js, while bytes arrive', { files: page(block('three.js', 2), ['scene', 'psplit']), script: async () => {
+  const { scene, psplit } = await import('/block.js');
+  let facts = null;
+  scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
+  return facts.patchCount;
+} }, async ({ result }) => assert.ok(await result > 1));
+page_test('while bytes arrive', { files: page(block('Workers', 1), ['pool', 'primitives', 'triangles']), script: async () => {
+  const { pool, primitives, triangles } = await import('/block.js');
+  pool.dispose();
+  return triangles.reduce((all, count) => all + count, 0) === primitives[0].faceCount;
+} }, async ({ result }) => assert.equal(await result, true));
+for (const i of [0, 1]) page_test(`Babylon.js ${i}`, { files: page(block('Babylon.js', i), ['meshes']), script: async () => {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
   globalThis.scene = new Scene(new NullEngine());
   const { meshes } = await import('/block.js');
   return meshes.reduce((sum, mesh) => sum + mesh.getTotalVertices(), 0);
 } }, async ({ result }) => assert.ok(await result > 100));
-page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 1), ['DracoDecoder']), script: async () => {
+page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 2), ['DracoDecoder']), script: async () => {
   const { DracoDecoder } = await import('/block.js');
   const mesh = await DracoDecoder.Default.decodeMeshToMeshDataAsync(await (await fetch('/mesh.drc')).arrayBuffer());
   DracoDecoder.Default.dispose();

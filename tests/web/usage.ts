@@ -1,12 +1,12 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
 import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
-import { registerPsplit } from 'psplit/babylon';
+import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
-import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
+import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
 import { BufferAttribute, BufferGeometry } from 'three';
 import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -59,6 +59,17 @@ export async function geometry(bytes: Uint8Array): Promise<BufferGeometry> {
   for (const { name, array, componentCount, normalized } of attributes)
     made.setAttribute(name, new BufferAttribute(array, componentCount, normalized));
   return made;
+}
+
+export async function arriving(pool: Pool, signal: AbortSignal): Promise<number> {
+  const { json, primitives } = await pool.decodeUrl(new URL('https://example.com/a.glb'), { signal, workers: 1,
+    onProgress: (done, total) => console.log(done / total), onPart: (part, { faceCount }, { mesh }) => console.log(part.isFinal, faceCount, mesh) });
+  const { body } = await fetch('/a.bin'), mesh: DecodedContainer = await pool.decodeStream(body!, { onPart: (part) => console.log(part.firstFace) });
+  const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
+  await psplit.whole;
+  const load = async (source: string, scene: { name: string }) => ({ meshes: [source, scene.name] });
+  const { meshes } = await loadIntoBabylon(load, '/a.glb', { name: 'a' }, { signal, onPart: (part, { faceCount }) => console.log(part.patches, faceCount) });
+  return meshes.length + scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
 }
 
 export async function io(pool: Pool): Promise<void> {

@@ -1,5 +1,6 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
-import { PsplitError } from './error.js';
+import { signal_of } from './arriving.js';
+import { as_psplit_error, PsplitError } from './error.js';
 import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive }
   from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
@@ -13,9 +14,6 @@ const on_this_thread = { decodeContainer, decodeDraco };
 
 const invalid = (message) => new PsplitError(message, 'invalid-input');
 const ended = () => new PsplitError('aborted', 'aborted');
-// Malformed JSON makes JavaScript throw in many places.
-const as_psplit_error = (error) =>
-  (error instanceof PsplitError ? error : invalid(`the asset is malformed: ${error.message ?? error}`));
 
 async function fetch_bytes(url, signal) {
   try {
@@ -81,7 +79,8 @@ class Asset {
         return { mesh: m, primitive: p, mode, ...(material !== undefined && { material }), ...await this.#primitive(definition) };
       } catch (error) {
         const { code, message, patch } = as_psplit_error(error);
-        throw Object.assign(new PsplitError(`mesh ${m}${name}, primitive ${p}: ${message}`, code), { patch });
+        throw Object.assign(new PsplitError(`mesh ${m}${name}, primitive ${p}: ${message}`, code),
+          { patch, mesh: m, primitive: p, cause: error });
       }
     }));
   }
@@ -206,18 +205,15 @@ const by_name = (attributes) => Object.fromEntries(attributes.map(({ name, type,
 const absolute = (url) => (url == null ? undefined : new URL(url, globalThis.location?.href));
 
 // Runs use(signal). What it began ends with the caller's signal, or if it fails.
-async function ending(signal, use) {
-  if (signal != null && typeof signal.addEventListener !== 'function') throw invalid('the option `signal` is not an AbortSignal');
-  const controller = new AbortController(), abort = () => controller.abort();
-  if (signal?.aborted) throw ended();
-  signal?.addEventListener('abort', abort);
+async function ending(outer, use) {
+  const { signal, end } = signal_of(outer);
   try {
-    return await use(controller.signal);
+    if (signal.aborted) throw ended();
+    return await use(signal);
   } catch (error) {
-    throw signal?.aborted ? ended() : as_psplit_error(error);
+    throw signal.aborted ? ended() : as_psplit_error(error);
   } finally {
-    signal?.removeEventListener('abort', abort);
-    abort();
+    end();
   }
 }
 

@@ -57,6 +57,11 @@ export interface ContainerCounts {
   hasResidue: boolean;
   /** Whether patches share tables; otherwise each is a Draco stream. */
   isCondensed: boolean;
+  /**
+   * The boxes of the patches, if the container has them (`gltf-psplit encode --boxes`): for each patch, and the residue, the least
+   * x, y and z of its positions, and the greatest. If a least is above its greatest, there are no positions.
+   */
+  boxes?: Float64Array;
 }
 
 export interface DecodedContainer extends DecodedMesh, ContainerCounts {
@@ -97,6 +102,9 @@ export class PsplitError extends Error {
   code: 'invalid-input' | 'unsupported' | 'out-of-memory' | 'aborted' | 'failed';
   /** The number of the patch in its container; undefined if the error is not one patch's. */
   patch?: number;
+  /** The numbers of the primitive in its glTF file, if the error is one primitive's. */
+  mesh?: number;
+  primitive?: number;
 }
 
 export interface Configuration {
@@ -168,6 +176,35 @@ export interface ContainerOptions extends JobOptions {
   workers?: number;
 }
 
+export interface StreamOptions extends Omit<ContainerOptions, 'transfer'> {
+  /** Called with patches when they have arrived and are decoded, as by decodePatches. */
+  onPart?: (part: DecodedPart, mesh: ContainerCounts) => void;
+}
+
+/** A primitive of a glTF file, by the numbers of its mesh and its place there. */
+export interface PrimitivePlace {
+  mesh: number;
+  primitive: number;
+}
+
+export interface UrlOptions extends Omit<StreamOptions, 'onPart'> {
+  /** Of containers of which some patches have arrived. */
+  onProgress?: (done: number, total: number) => void;
+  /** `place`: the first primitive that has the container. Without numbers, if the file is a container alone. */
+  onPart?: (part: DecodedPart, mesh: ContainerCounts, place: Partial<PrimitivePlace>) => void;
+}
+
+/**
+ * What decodeUrl makes of a file. Its primitives are as decodeContainer returns them. (decodeGltf of psplit/gltf also has those
+ * that are not in patches, with attributes by name, when the whole file is there.)
+ */
+export interface DecodedFile {
+  /** Of a glTF file; null of a container alone. */
+  json: any;
+  /** In the order of meshes and primitives, or without numbers the container alone. Equal primitives share their arrays. */
+  primitives: (DecodedContainer & Partial<PrimitivePlace>)[];
+}
+
 /**
  * Decodes in workers. Jobs run side by side. A large container takes several workers if they are idle; the result is the
  * same. If a function that the caller gives throws, the job's promise rejects with what it threw.
@@ -180,6 +217,18 @@ export interface Pool {
   decodeContainer(data: Bytes, options?: ContainerOptions): Promise<DecodedContainer>;
   /** The same. Calls onPart with the patches as they are decoded, all before the promise resolves. `mesh`: of the whole. */
   decodePatches(data: Bytes, options: ContainerOptions & { onPart: (part: DecodedPart, mesh: ContainerCounts) => void }): Promise<DecodedContainer>;
+  /**
+   * The same for a container whose bytes arrive in order, in chunks of any length: patches are decoded when their bytes are
+   * there. An error and an abort cancel the stream. One worker decodes, unless all bytes come before it has time.
+   */
+  decodeStream(stream: ReadableStream<Uint8Array> | AsyncIterable<Uint8Array>, options?: StreamOptions): Promise<DecodedContainer>;
+  /**
+   * Fetches a file, and decodes all its primitives in patches while it arrives: a GLB, a glTF file with its buffers, or a
+   * container alone, for which `attributes` may be given. A glTF file's other primitives are left out. A Response that is
+   * fetched already may be given. An abort ends the download as well. Errors have the numbers of the mesh and the primitive in
+   * `mesh` and `primitive`.
+   */
+  decodeUrl(url: string | URL | Request | Response, options?: UrlOptions): Promise<DecodedFile>;
   /** Ends all workers. Jobs that are not done reject with the code `aborted`. */
   dispose(): void;
 }

@@ -15,6 +15,10 @@ export function bytes_of(data) {
   }
 }
 
+export function check_signal(signal) {
+  if (signal != null && typeof signal.addEventListener !== 'function') throw invalid('the option `signal` is not an AbortSignal');
+}
+
 function check_attributes(kind, attributes) {
   if (attributes == null) return undefined;
   if (!Array.isArray(attributes)) throw invalid('the option `attributes` is not an array');

@@ -2,13 +2,32 @@
 import { error_to_data } from './error.js';
 import { buffers_of, Decoder } from './instance.js';
 
+// The chunks of a job that arrives.
+class Inbox {
+  #chunks = [];
+  #wake = () => {};
+
+  constructor(id) {
+    this.id = id;
+  }
+  add(chunk) {
+    this.#chunks.push(chunk);
+    this.#wake();
+  }
+  async next() {
+    if (this.#chunks.length === 0) await new Promise((resolve) => (this.#wake = resolve));
+    return this.#chunks.shift();
+  }
+}
+
 /**
  * Returns the function that receives the pool's messages. The first one has the compiled module.
  * @param {(message: object, transfer?: Transferable[]) => void} post to the pool
  */
 export function make_runner(post) {
-  let decoder;
-  return async ({ module, id, job }) => {
+  let decoder, inbox = null;
+  return async ({ module, id, job, chunk }) => {
+    if (chunk !== undefined) return inbox?.id === id ? inbox.add(chunk) : undefined;
     if (module !== undefined) {
       decoder = new Decoder(module);
       post({ is_up: true });
@@ -16,7 +35,9 @@ export function make_runner(post) {
     }
     try {
       const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
-      const result = await (job.ports === undefined ? decoder.run(job, report) : decoder.run_part(job, report));
+      inbox = job.arrives ? new Inbox(id) : null;
+      const is_part = job.ports !== undefined || job.arrives;
+      const result = await (is_part ? decoder.run_part(job, report, () => inbox.next()) : decoder.run(job, report));
       if (result !== undefined) post({ id, result }, buffers_of(result));
     } catch (error) {
       post({ id, error: error_to_data(error) });

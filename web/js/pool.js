@@ -1,14 +1,18 @@
 // A pool of workers. Jobs wait in order; each goes to the next idle worker, or to several if it is large. Workers start
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
+import { ArrivingAsset } from './arriving_asset.js';
+import { ArrivingBytes, signal_of } from './arriving.js';
 import { error_from_data, PsplitError } from './error.js';
 import { job_runner, node_worker, page_worker } from './files.js';
-import { make_job } from './job.js';
+import { check_signal, make_job } from './job.js';
 import { compile_module, configured, shared_module } from './module.js';
 import { is_node, node_module } from './node.js';
 import { Task } from './task.js';
 
 const kDefaultWorkers = 4;
+// A container of which this is all has so few patches that it is decoded when it is whole.
+const kLeastBytes = 16384;
 
 // Starts a worker, which calls receive(message) or fail(error). `given`: the address of worker.js, or a function that makes
 // the worker, or undefined for worker.js beside this file.
@@ -110,6 +114,41 @@ class Pool {
     return this.#add(make_job('container', data, options), options);
   }
 
+  async decodeStream(stream, options) {
+    const given = options ?? {}, job = make_job('container', new Uint8Array(), given), { signal, end } = signal_of(given.signal);
+    try {
+      const source = new ArrivingBytes(stream, signal);
+      await source.until(kLeastBytes);
+      return await this.#add({ ...job, source }, given);
+    } finally {
+      end();  // after an error, the stream
+    }
+  }
+
+  async decodeUrl(url, options) {
+    const { signal: outer, onProgress, onPart, ...rest } = options ?? {}, { signal, end } = signal_of(outer);
+    try {
+      const asset = await ArrivingAsset.open(url, signal), counts = [];
+      const progress = (i, done, total) => {
+        counts[i] = { done, total };
+        const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
+        onProgress(sum('done'), sum('total'));
+      };
+      const primitives = await Promise.all(asset.containers().map(async (container, i) => {
+        const { view, attributes, uses } = container;
+        const mesh = await this.decodeStream(asset.chunks(view), { ...rest, ...(attributes && { attributes }),
+          signal,
+          onProgress: onProgress && ((done, total) => progress(i, done, total)),
+          onPart: onPart && ((part, of) => onPart(part, of, uses[0])) }).catch((error) => { throw asset.placed(error, uses[0]); });
+        asset.check(container, mesh);
+        return uses.map((use) => ({ ...use, ...mesh }));
+      }));
+      return { json: asset.json, primitives: primitives.flat() };
+    } finally {
+      end();  // what is not needed, and after an error the other containers
+    }
+  }
+
   // Ends all workers. Jobs that are not done reject.
   dispose() {
     this.#is_disposed = true;
@@ -133,8 +172,7 @@ class Pool {
     return new Promise((resolve, reject) => {
       if (this.#is_disposed) return reject(new PsplitError('the pool is disposed', 'aborted'));
       const { signal } = options;
-      if (signal != null && typeof signal.addEventListener !== 'function')
-        return reject(new PsplitError('the option `signal` is not an AbortSignal', 'invalid-input'));
+      check_signal(signal);
       if (signal?.aborted) return reject(new PsplitError('aborted', 'aborted'));
       const task = new Task(this.#next_id++, job, options);
       const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
@@ -203,8 +241,23 @@ class Pool {
     try {
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
+      if (task.source !== undefined) this.#feed(task, members[0]);
     } catch (error) {
       this.#cancel(task, error instanceof PsplitError ? error : new PsplitError(error.message, 'failed'));
+    }
+  }
+
+  // Posts the bytes of a task as they arrive.
+  async #feed(task, member) {
+    try {
+      for await (const chunk of task.source.chunks(0)) {
+        if (member.task !== task) return;
+        const copy = chunk.slice();
+        member.worker.post({ id: task.id, chunk: copy }, [copy.buffer]);
+      }
+      if (member.task === task) member.worker.post({ id: task.id, chunk: null });
+    } catch (error) {
+      if (member.task === task) this.#cancel(task, error);
     }
   }
 

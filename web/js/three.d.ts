@@ -1,6 +1,6 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
-import type { GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
+import type { GLTF, GLTFLoader, GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
 import type { DecodedPart, Pool } from './index.js';
 
 declare module 'three/addons/loaders/GLTFLoader.js' {
@@ -21,7 +21,10 @@ export interface PsplitParser {
 export interface PsplitPluginOptions {
   /** Decodes. By default one pool that all plugins of the page share. */
   pool?: Pool;
-  /** Ends decoding. The load rejects with the code `aborted`. `LoadingManager.abort()` does the same. */
+  /**
+   * Ends decoding, and with loadStreaming also the download. The load rejects with the code `aborted`. `LoadingManager.abort()`
+   * does the same.
+   */
   signal?: AbortSignal;
   /**
    * Is called while patches are decoded: how many are done, of how many in all containers that decoding has begun with. The
@@ -73,6 +76,18 @@ export class PsplitPlugin implements GLTFLoaderPlugin {
   loadBufferView(index: number): Promise<ArrayBuffer> | null;
   afterRoot(gltf: object): null;
 }
+
+/**
+ * Loads a GLB or glTF file while its bytes arrive, with all that the loader is set to: meshes gain triangles patch by patch
+ * from the first bytes on. Resolves when each mesh has its first patches, and textures are there.
+ *
+ *     const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/model.glb', { onProgress: draw });
+ *     await psplit.whole;
+ *
+ * The loader needs no plugin for it. `patchByPatch` is true if the options do not say otherwise. `signal` ends the download
+ * as well. (GLTFLoader's own `load` reads a GLB to its end before a plugin sees it.)
+ */
+export function loadStreaming(loader: GLTFLoader, url: string, options?: PsplitPluginOptions): Promise<GLTF>;
 
 export interface PsplitDracoLoaderOptions {
   manager?: LoadingManager;
