@@ -34,6 +34,15 @@ test('options that are none', async () => {
   for (const options of [null, undefined, { attributes: null }, { attributes: undefined, signal: null, onProgress: null }])
     for (const name of ['decodeDraco', 'decodeContainer', 'pool.decodeDraco', 'pool.decodeContainer'])
       assert.ok((await functions[name](bytes_for(name), options)).faceCount > 0, name);
+  const stream_of = () => new Response(container).body, no_meshes = () => new Response('{}');
+  const arriving = { decodeStream: stream_of, decodeUrl: no_meshes };
+  for (const [name, given] of Object.entries(arriving)) {
+    for (const options of [{ signal: {} }, { signal: 5 }]) await assert.rejects(pool[name](given(), options), kInvalid, `${name} ${JSON.stringify(options)}`);
+    for (const options of [null, undefined, { signal: null, onProgress: null, onPart: null }]) await pool[name](given(), options);
+    for (const data of [undefined, null, 5, {}]) await assert.rejects(pool[name](data), { name: 'PsplitError' }, `${name} ${data}`);
+  }
+  for (const options of [{ onProgress: 5 }, { onPart: 5 }, { workers: '2' }, { attributes: 5 }])
+    await assert.rejects(pool.decodeStream(stream_of(), options), kInvalid, JSON.stringify(options));
   psplit.createPool(null).dispose();
 });
 

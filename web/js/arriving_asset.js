@@ -67,23 +67,25 @@ export class ArrivingAsset {
   // made of it. Errors: as stored_primitive.
   containers() {
     if (this.json === null) return [{ view: null, uses: [{}] }];
+    const by_key = new Map();
     try {
-      return this.#stored_containers();
+      for (const [mesh, { primitives }] of (this.json.meshes ?? []).entries())
+        for (const [number, primitive] of primitives.entries()) this.#add_container(by_key, primitive, { mesh, primitive: number });
     } catch (error) {
       throw as_psplit_error(error);
     }
-  }
-  #stored_containers() {
-    const by_key = new Map();
-    for (const [mesh, { primitives }] of (this.json.meshes ?? []).entries())
-      for (const [number, primitive] of primitives.entries()) {
-        const stored = stored_primitive(this.json, primitive);
-        if (stored === undefined) continue;
-        const key = key_of(primitive);
-        if (!by_key.has(key)) by_key.set(key, { view: stored.bufferView, attributes: stored.attributes, primitive, uses: [] });
-        by_key.get(key).uses.push({ mesh, primitive: number });
-      }
     return [...by_key.values()];
+  }
+  #add_container(by_key, primitive, use) {
+    try {
+      const stored = stored_primitive(this.json, primitive);
+      if (stored === undefined) return;
+      const key = key_of(primitive);
+      if (!by_key.has(key)) by_key.set(key, { view: stored.bufferView, attributes: stored.attributes, primitive, uses: [] });
+      by_key.get(key).uses.push(use);
+    } catch (error) {
+      throw this.placed(as_psplit_error(error), use);
+    }
   }
 
   // Throws if a decoded mesh does not fit the accessors.
