@@ -2,13 +2,56 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 #include "encoder/welding/reduce.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
+
+using Vector = std::array<double, 3>;
+
+Vector position_of(const Attribute& positions, uint32_t point) {
+  Vector position{};
+  const std::byte* at = positions.values.data() + point * positions.stride();
+  for (double& component : position) {
+    component = number_of(at, positions.component_type, positions.normalized);
+    at += component_bytes(positions.component_type);
+  }
+  return position;
+}
+Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double squared_length(const Vector& a) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; }
+
+// Twice the area of the faces. Those without finite positions have none.
+double area(const Mesh& mesh, const Attribute& positions, std::span<const uint32_t> faces) {
+  double sum = 0;
+  for (const uint32_t face : faces) {
+    const auto& [a, b, c] = mesh.faces[face];
+    const Vector origin = position_of(positions, a), u = difference(position_of(positions, b), origin),
+                 v = difference(position_of(positions, c), origin);
+    const double doubled = std::sqrt(
+        squared_length({u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]}));
+    if (std::isfinite(doubled)) sum += doubled;
+  }
+  return sum;
+}
+
+// The squared distance of the nearest point that the faces use.
+double distance_to(const Vector& from, const Mesh& mesh, const Attribute& positions,
+                   std::span<const uint32_t> faces) {
+  double least = HUGE_VAL;
+  for (const uint32_t face : faces)
+    for (const uint32_t point : mesh.faces[face]) {
+      const double squared = squared_length(difference(position_of(positions, point), from));
+      if (squared < least) least = squared;
+    }
+  return least;
+}
 
 }  // namespace
 
@@ -50,6 +93,22 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
   for (size_t i = 0; i < regular.size(); ++i) cut.patches[partition.patch_of_face[i]].push_back(regular[i]);
   std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
   return cut;
+}
+
+void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut) {
+  if (order.by == PatchOrder::By::kCut) return;
+  const Attribute* const positions = mesh.find("POSITION");
+  if (positions == nullptr || positions->component_count != 3) return;
+  const auto key = [&](const std::vector<uint32_t>& faces) {
+    return order.by == PatchOrder::By::kSize ? -area(mesh, *positions, faces)
+                                             : distance_to(order.point, mesh, *positions, faces);
+  };
+  std::vector<std::pair<double, uint32_t>> keys;
+  for (uint32_t i = 0; i < cut.patches.size(); ++i) keys.emplace_back(key(cut.patches[i]), i);
+  std::sort(keys.begin(), keys.end());  // equal ones stay as they were
+  std::vector<std::vector<uint32_t>> ordered;
+  for (const auto& [_, patch] : keys) ordered.push_back(std::move(cut.patches[patch]));
+  cut.patches = std::move(ordered);
 }
 
 PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "encoder/draco/patch_stream.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/partition/partition.h"
 #include "encoder/welding/weld.h"
 #include "src/parallel.h"
@@ -22,6 +23,9 @@ struct Cut {
 // Partitions the mesh, or takes the given patch of each of its faces if `patch_of_face` is not empty.
 Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
               std::span<const uint32_t> patch_of_face, const ThreadPool& pool);
+
+// Brings the patches into an order.
+void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut);
 
 // Faces of a mesh with the points that they use.
 PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces);

@@ -2,6 +2,7 @@
 // the stitch map, and decodes the result to check it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -25,9 +26,22 @@ namespace psplit {
 // Edgebreaker splits stays several.
 enum class Alone { kNone, kWhole, kAll };
 
+// The order of patches in their container. Decoders that get it byte by byte have the first ones first.
+struct PatchOrder {
+  enum class By : uint8_t {
+    kCut,   // as they were cut: neighbours are near to each other
+    kSize,  // first those with the largest area
+    kNear,  // first those whose nearest point is nearest to `point`
+  };
+  By by = By::kCut;
+  std::array<double, 3> point{};  // in the coordinates of POSITION
+};
+
 struct EncodeOptions {
   uint32_t patch_count = 1;
-  int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
+  PatchOrder order{};
+  bool boxes = false;    // store the box of each patch (src/container/patch_boxes.h): 6 bytes, and 28 of a mesh
+  int encode_speed = 5;  // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses

@@ -104,8 +104,9 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
   WeldedMesh welded = weld(mesh, pool);
   separate_flat_faces(welded);
   const Stopwatch partition_time;
-  const Cut cut = cut_faces(welded, {patch_count, options.refine, options.method, options.distance},
-                            options.patch_of_face, pool);
+  Cut cut = cut_faces(welded, {patch_count, options.refine, options.method, options.distance},
+                      options.patch_of_face, pool);
+  order_patches(mesh, options.order, cut);
   statistics.partition_ms += partition_time.ms();
   statistics.patch_count += static_cast<uint32_t>(cut.patches.size());
   std::vector<uint8_t> is_in_patch(mesh.point_count, 0);

@@ -13,6 +13,7 @@ import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { BlobWorker } from '../../tests/web/blob_worker.mjs';
 import { modules_folder, package_folder } from '../../tests/web/load.mjs';
+import { code_of_page } from '../../tests/web/page_code.mjs';
 
 const in_modules = (name) => path.join(modules_folder, 'node_modules', name);
 const in_package = (name) => path.join(package_folder, name);
@@ -44,6 +45,8 @@ const by_interface = (name, create_module) => ({ name, stored: 'stock', async cr
   const draco = await create_module();
   return { run: (primitive) => decode_by_interface(draco, primitive), memory: () => draco.HEAP8.length };
 } });
+
+const draco3d = (what) => by_interface(`draco3d ${what}`, () => require_module('draco3d').createDecoderModule({}));
 
 // draco3d's script is a classic one, inside a package of modules.
 const three_module = () => new Function('require', '__dirname',
@@ -79,7 +82,7 @@ export async function calling_thread(rival_files) {
   const of_files = (await rivals_of(rival_files)).map(({ name, decode }) => ({ name, stored: 'stock',
     create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) }));
   return [
-    by_interface('draco3d 1.5.7', () => require_module('draco3d').createDecoderModule({})),
+    draco3d('1.5.7'),
     by_interface('draco3d 1.5.9', () => require_module('draco3d-newest').createDecoderModule({})),
     by_interface("three's draco_decoder", three_module),
     ...of_files,
@@ -120,6 +123,7 @@ export const in_workers = () => [
       attributeIDs: Object.fromEntries(attributes.map(({ name, uniqueId }) => [name, uniqueId])),
       attributeTypes: Object.fromEntries(attributes.map(({ name }) => [name, 'Float32Array'])), useUniqueIDs: true }) };
   } },
+  draco3d('no worker'),
   by_pool('psplit, one stream, 1 worker', 'stock', 1, 'decodeDraco'),
   by_pool('psplit, patches, 1 worker', 'patches', 1, 'decodeContainer'),
   by_pool('psplit, patches, 2 workers', 'patches', 2, 'decodeContainer'),
@@ -132,11 +136,8 @@ export const in_workers = () => [
  * rest of psplit's code is minified, without the loader's own.
  */
 export async function code_of_pages(rival_files) {
-  const { build } = require_module('esbuild');
-  const minified = async (name) => (await build({ entryPoints: [in_package(name)], bundle: true, minify: true, format: 'esm',
-    write: false, external: ['three', 'three/*'], logLevel: 'error' })).outputFiles[0].contents;
   const files = (folder, ...names) => names.map((name) => readFileSync(path.join(folder, name)));
-  const wasm = readFileSync(in_package('psplit.wasm')), worker = await minified('worker.js');
+  const wasm = readFileSync(in_package('psplit.wasm')), worker = await code_of_page('worker.js');
   return [
     ['draco3d 1.5.7 (for Node.js)', files(in_modules('draco3d'), 'draco_decoder_nodejs.js', 'draco_decoder.wasm')],
     ['draco3d 1.5.9 (for Node.js)', files(in_modules('draco3d-newest'), 'draco_decoder_nodejs.js', 'draco_decoder.wasm')],
@@ -144,9 +145,10 @@ export async function code_of_pages(rival_files) {
     ...(await rivals_of(rival_files)).map(({ name, code, folder }) => [name, files(folder, ...code)]),
     ['meshopt_decoder', files(in_modules('meshoptimizer'), 'meshopt_decoder.mjs')],
     ['psplit/draco', files(in_package('draco'), 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
-    ['psplit', [wasm, await minified('index.js'), worker]],
-    ['psplit/three', [wasm, await minified('three.js'), worker]],
-    ['psplit/babylon', [wasm, await minified('babylon.js'), worker]],
+    ['psplit', [wasm, await code_of_page('index.js'), worker]],
+    ['psplit/gltf, no workers', [wasm, await code_of_page('asset.js')]],
+    ['psplit/three', [wasm, await code_of_page('three.js'), worker]],
+    ['psplit/babylon', [wasm, await code_of_page('babylon.js'), worker]],
     ['psplit/inline', files(package_folder, 'inline.js')],
   ];
 }

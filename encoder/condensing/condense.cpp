@@ -6,6 +6,8 @@
 #include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/table_sets.h"
 #include "src/condensed/expand.h"
+#include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 
 namespace psplit {
 namespace {
@@ -333,6 +335,8 @@ std::optional<CondensedContainer> condense_container(const PatchContainer& draco
                                                      bool smallest, const ThreadPool& pool) {
   CondensedStreams condensed = condense(draco, smallest, pool);
   if (condensed.head.empty()) return std::nullopt;
+  if (const std::span<const uint8_t> boxes = boxes_section(draco); !boxes.empty())
+    append_head_section(HeadSection::kBoxes, boxes, condensed.head);
   std::vector<uint8_t> bytes = write_container(condensed.entries, draco.has_residue, {}, {}, condensed.head);
   uint64_t size = bytes.size() + draco.stitch_bytes();
   for (const StreamEntry& entry : condensed.entries) size += entry.stream_bytes;

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "encoder/coding/quantization.h"
-#include "gltf_ext/primitive/number_of.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 

@@ -9,6 +9,7 @@
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/position_bits.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/partition/partition.h"
 
 namespace psplit {
@@ -53,6 +54,8 @@ struct EncodeDocumentOptions {
   bool refine = true;  // see PartitionOptions for this and the next two
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
+  PatchOrder order{};  // the order of each primitive's patches; with OutOfCoreOptions, of each part's
+  bool boxes = false;  // store the box of each patch; not with Compat::kKhr and OutOfCoreOptions
   int encode_speed = 5;
   bool lossless = false;         // keep every attribute exactly
   bool keep_degenerate = false;  // keep faces that repeat an index

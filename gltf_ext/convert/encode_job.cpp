@@ -69,6 +69,8 @@ EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   result.refine = options.refine;
   result.method = options.method;
   result.distance = options.distance;
+  result.order = options.order;
+  result.boxes = options.boxes;
   result.encode_speed = options.encode_speed;
   result.keep_duplicates = options.keep_duplicates;
   result.drop_degenerate = !options.keep_degenerate;

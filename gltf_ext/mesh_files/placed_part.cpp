@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "gltf_ext/primitive/number_of.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 

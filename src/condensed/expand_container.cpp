@@ -2,6 +2,8 @@
 
 #include "src/condensed/expand.h"
 #include "src/container/border_values.h"
+#include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 
 namespace psplit {
 namespace {
@@ -55,7 +57,10 @@ Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
     entries[i].is_condensed = false;
     stitch.emplace_back(container.stitch[i].begin(), container.stitch[i].end());
   }
-  return write_container(entries, container.has_residue, stitch, streams);
+  std::vector<uint8_t> head;
+  if (const std::span<const uint8_t> boxes = boxes_section(container); !boxes.empty())
+    append_head_section(HeadSection::kBoxes, boxes, head);
+  return write_container(entries, container.has_residue, stitch, streams, head);
 }
 
 Expected<SectionBytes> measure_sections(const PatchContainer& container, const ThreadPool& pool) {

@@ -73,13 +73,15 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uin
   const uint32_t count = container.patch_count();
   end = std::min(end, count);
   if (!needs_values(container) || (first == 0 && end == count)) return decode(container, pool);
+  // Of a container that arrives, some patches have no header yet.
+  const auto known = static_cast<uint32_t>(std::min<size_t>(count, container.headers.size()));
   uint64_t bytes = 0;
-  for (uint32_t patch = 0; patch < count; ++patch) bytes += most_of(container, patch).bytes();
+  for (uint32_t patch = 0; patch < known; ++patch) bytes += most_of(container, patch).bytes();
   if (bytes > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
   if (first >= end) return BorderValues();
   Expected<BorderValues> some = decode_some(container, first, end);
   // If it failed, decode() of all patches names the first of all failures.
-  return some ? std::move(some) : decode(container, pool);
+  return some || known < count ? std::move(some) : decode(container, pool);
 }
 
 Expected<BorderValues> BorderValues::decode_some(const PatchContainer& container, uint32_t first,

@@ -21,7 +21,8 @@ class BorderValues {
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
   // Of one patch. Decodes only its part and those of the patches that own its shared values.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);
-  // Of the patches [first, end), in the same way. Fails only if all patches together fail, with their error.
+  // Of the patches [first, end), in the same way. If all headers are read, fails only if all patches together
+  // fail, with their error. Otherwise the headers before `end` are read.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t first, uint32_t end,
                                        const ThreadPool& pool);
 

@@ -227,6 +227,18 @@ void append_head_section(HeadSection type, std::span<const uint8_t> bytes, std::
   head.insert(head.end(), bytes.begin(), bytes.end());
 }
 
+std::span<const uint8_t> find_head_section(HeadSection wanted, std::span<const uint8_t> head) {
+  core::ByteReader reader(head.data(), head.size());
+  while (reader.remaining() > 0) {
+    const uint32_t type = reader.u8();
+    const uint64_t length = reader.varint64();
+    if (reader.truncated() || length > reader.remaining()) return {};
+    if (type == static_cast<uint32_t>(wanted)) return {reader.head(), static_cast<size_t>(length)};
+    reader.skip(length);
+  }
+  return {};
+}
+
 Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes) {
   constexpr size_t kMostLengthBytes = 5;
   CondensedHead head;

@@ -14,8 +14,10 @@ namespace psplit {
 
 // The sections of a head ascend by type. A reader skips those that it does not know from kMayBeSkipped on, and
 // must know all others.
-enum class HeadSection : uint8_t { kTables = 1, kBorders = 2, kMayBeSkipped = 128 };
+enum class HeadSection : uint8_t { kTables = 1, kBorders = 2, kMayBeSkipped = 128, kBoxes = 128 };
 void append_head_section(HeadSection type, std::span<const uint8_t> bytes, std::vector<uint8_t>& head);
+// The content of a section of a head that read_condensed_head accepts; empty if there is none.
+std::span<const uint8_t> find_head_section(HeadSection type, std::span<const uint8_t> head);
 
 inline constexpr uint32_t kMostSkeletons = 255, kMostSkeletonBytes = 4096;
 // Sets of token tables: of an attribute, and of all attributes.

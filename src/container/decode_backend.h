@@ -2,6 +2,7 @@
 // value: the CPU's by default. CUDA and libdraco have backends of their own.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,12 @@ struct AttributeRequest {
   bool normalized = false;
 
   size_t value_bytes() const { return component_bytes(component_type) * component_count; }
+};
+
+// Has the positions of all points that the faces of a patch use, and that it owns, as decoders return them. If
+// `low` is above `high`, it has none that is finite.
+struct PatchBox {
+  std::array<double, 3> low{}, high{};
 };
 
 // The caller's memory, as bytes. Spans, vectors and arrays of plain values convert to it.

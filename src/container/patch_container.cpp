@@ -41,15 +41,14 @@ Status read_header(std::span<const uint8_t> bytes, PatchContainer& container, ui
   // The bytes bound the count before anything is allocated.
   if (count * kLeastRowBits > uint64_t{8} * directory_bytes)
     return invalid_input("container: more streams than rows in the directory");
-  container.bytes = bytes;
   container.has_residue = (flags & kFlagResidue) != 0;
   container.header_bytes = kHeaderBytes + uint64_t{directory_bytes} + container.head_bytes;
   container.entries.resize(count);
   return {};
 }
 
-Status read_rows_and_head(PatchContainer& container, uint32_t directory_bytes) {
-  const std::span<const uint8_t> rest = container.bytes.subspan(kHeaderBytes);
+Status read_rows_and_head(std::span<const uint8_t> bytes, PatchContainer& container, uint32_t directory_bytes) {
+  const std::span<const uint8_t> rest = bytes.subspan(kHeaderBytes);
   const Expected<uint32_t> skeleton_count =
       read_directory(rest.first(directory_bytes), container.has_residue, container.entries);
   if (!skeleton_count) return skeleton_count.status();
@@ -96,28 +95,6 @@ Status sum_entries(PatchContainer& container) {
   return {};
 }
 
-Status read_front(std::span<const uint8_t> bytes, PatchContainer& container) {
-  uint32_t directory_bytes = 0;
-  Status status = read_header(bytes, container, directory_bytes);
-  if (status.ok()) status = read_rows_and_head(container, directory_bytes);
-  if (status.ok()) status = sum_entries(container);
-  if (status.ok() &&
-      bytes.size() - container.header_bytes != container.stitch_bytes() + container.stream_bytes())
-    status = invalid_input("container: its length is not the sum of its parts");
-  return status;
-}
-
-void slice(PatchContainer& container) {
-  size_t at = container.header_bytes;
-  const auto next = [&](uint32_t bytes) {
-    return container.bytes.subspan(std::exchange(at, at + bytes), bytes);
-  };
-  container.stitch.reserve(container.entries.size());
-  container.streams.reserve(container.entries.size());
-  for (const StreamEntry& entry : container.entries) container.stitch.push_back(next(entry.stitch_bytes));
-  for (const StreamEntry& entry : container.entries) container.streams.push_back(next(entry.stream_bytes));
-}
-
 void append_integer(std::vector<uint8_t>& bytes, size_t value, size_t width) {
   for (size_t i = 0; i < width; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
 }
@@ -151,6 +128,29 @@ uint64_t PatchContainer::stream_bytes() const {
   uint64_t sum = 0;
   for (const StreamEntry& entry : entries) sum += entry.stream_bytes;
   return sum;
+}
+
+void PatchContainer::place(std::span<const uint8_t> memory) {
+  bytes = memory;
+  size_t at = header_bytes;
+  const auto next = [&](uint32_t count) { return bytes.subspan(std::exchange(at, at + count), count); };
+  stitch.reserve(entries.size());
+  streams.reserve(entries.size());
+  constexpr uint64_t kLeastStreamBytes = 4;  // a section of a condensed stream; Draco streams have more
+  headers.reserve(static_cast<size_t>(std::min<uint64_t>(entries.size(), stream_bytes() / kLeastStreamBytes)));
+  for (const StreamEntry& entry : entries) stitch.push_back(next(entry.stitch_bytes));
+  for (const StreamEntry& entry : entries) streams.push_back(next(entry.stream_bytes));
+}
+
+Status PatchContainer::read_headers(uint64_t arrived) {
+  for (auto i = static_cast<uint32_t>(headers.size()); i < entries.size(); ++i) {
+    const uint8_t* const end = streams[i].data() + streams[i].size();
+    if (static_cast<uint64_t>(end - bytes.data()) > arrived) break;
+    const Expected<core::StreamHeader> header = header_of_stream(*this, i);
+    if (!header) return header.status().at({.patch = i});
+    headers.push_back(*header);
+  }
+  return {};
 }
 
 uint32_t PatchContainer::condensed_count() const {
@@ -203,18 +203,21 @@ void PatchContainer::expect_points(uint32_t count) {
 
 Expected<PatchContainer> open_container(std::span<const uint8_t> bytes) {
   PatchContainer container;
-  if (Status status = read_front(bytes, container); !status.ok()) return status;
-  slice(container);
-  constexpr uint64_t kLeastStreamBytes = 4;  // a section of a condensed stream; Draco streams have more
-  container.headers.reserve(
-      std::min<uint64_t>(container.entries.size(), container.stream_bytes() / kLeastStreamBytes));
-  for (uint32_t i = 0; i < container.entries.size(); ++i) {
-    const Expected<core::StreamHeader> header = header_of_stream(container, i);
-    if (!header) return header.status().at({.patch = i});
-    container.headers.push_back(*header);
-  }
+  if (Status status = open_front(bytes, true, container); !status.ok()) return status;
+  container.place(bytes);
+  if (Status status = container.read_headers(bytes.size()); !status.ok()) return status;
   if (Status status = check_claims(container); !status.ok()) return status;
   return container;
+}
+
+Status open_front(std::span<const uint8_t> bytes, bool is_whole, PatchContainer& container) {
+  uint32_t directory_bytes = 0;
+  Status status = read_header(bytes, container, directory_bytes);
+  if (status.ok()) status = read_rows_and_head(bytes, container, directory_bytes);
+  if (status.ok()) status = sum_entries(container);
+  if (status.ok() && is_whole && bytes.size() != container.total_bytes())
+    status = invalid_input("container: its length is not the sum of its parts");
+  return status;
 }
 
 PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points) {
@@ -235,7 +238,7 @@ PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points)
 
 Status check_directory(std::span<const uint8_t> bytes) {
   PatchContainer container;
-  return read_front(bytes, container);
+  return open_front(bytes, true, container);
 }
 
 std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
@@ -252,6 +255,18 @@ std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool 
   bytes.insert(bytes.end(), head.begin(), head.end());
   append_parts(stitch, bytes);
   append_parts(streams, bytes);
+  return bytes;
+}
+
+std::vector<uint8_t> with_head_section(const PatchContainer& container, HeadSection type,
+                                       std::span<const uint8_t> section) {
+  constexpr size_t kHeadBytesAt = kHeaderBytes - sizeof(uint32_t);
+  std::vector<uint8_t> added, length;
+  append_head_section(type, section, added);
+  append_integer(length, container.head_bytes + added.size(), sizeof(uint32_t));
+  std::vector<uint8_t> bytes(container.bytes.begin(), container.bytes.end());
+  std::copy(length.begin(), length.end(), bytes.begin() + kHeadBytesAt);
+  bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(container.header_bytes), added.begin(), added.end());
   return bytes;
 }
 

@@ -31,6 +31,7 @@ namespace psplit {
 inline constexpr uint8_t kContainerVersion = 1;
 
 class BorderValues;
+enum class HeadSection : uint8_t;
 struct CondensedHead;
 
 // An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
@@ -70,6 +71,8 @@ struct PatchContainer {
   uint32_t face_count() const { return face_base.back(); }
   uint64_t stitch_bytes() const;
   uint64_t stream_bytes() const;
+  // Of the whole container.
+  uint64_t total_bytes() const { return header_bytes + stitch_bytes() + stream_bytes(); }
   uint64_t reference_count() const;
   uint32_t condensed_count() const;  // of the streams
   // Whether patches share the values of the first attribute at their borders (border_values.h).
@@ -77,6 +80,12 @@ struct PatchContainer {
 
   // The number of points to plan memory for: the row's, or an estimate if the row has only a limit.
   uint32_t likely_point_count(uint32_t patch) const;
+
+  // Places the container in memory of total_bytes(): sets `bytes`, `stitch` and `streams`.
+  void place(std::span<const uint8_t> memory);
+  // Reads the headers of the streams that end within the first `arrived` bytes of the container, behind those
+  // that are read already. Errors: those of the first header that is invalid, with the patch in their place.
+  Status read_headers(uint64_t arrived);
 
   // For the core's readers of the stitch map.
   core::StitchRow stitch_row(uint32_t patch) const;
@@ -97,6 +106,12 @@ struct PatchContainer {
 // with the patch in their place.
 Expected<PatchContainer> open_container(std::span<const uint8_t> bytes);
 
+// The first step of it, also for a container that arrives, into an empty `container`. `bytes` are the whole
+// container if `is_whole`, and otherwise those to the end of the head, or more. `bytes`, `stitch`, `streams`
+// and `headers` of the container stay empty: the caller has memory of total_bytes(), which only the rows
+// justify if not `is_whole`, and calls place(), read_headers() and check_claims() (claims.h).
+Status open_front(std::span<const uint8_t> bytes, bool is_whole, PatchContainer& container);
+
 // A stock Draco mesh stream as a container of one patch. Its row counts no more than `most_points` points; a
 // backend may decode more, and the caller's BuffersFor compares. Never fails: see `refusal`.
 PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points = 0xfffffffeu);
@@ -110,5 +125,9 @@ std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool 
                                      std::span<const std::vector<uint8_t>> stitch,
                                      std::span<const std::vector<uint8_t>> streams,
                                      std::span<const uint8_t> head = {});
+
+// The container with one more section in its head, which has none of this type and ends with it.
+std::vector<uint8_t> with_head_section(const PatchContainer& container, HeadSection type,
+                                       std::span<const uint8_t> section);
 
 }  // namespace psplit

@@ -28,15 +28,15 @@ ContainerDecoder::ContainerDecoder(const DecodeTask& task, StreamRange range, co
       findings_(findings),
       patches_(container_.entries.size()) {}
 
-Status ContainerDecoder::decode_borders() {
-  Expected<BorderValues> borders = BorderValues::decode(container_, range_.first, range_.end, pool_);
+Status ContainerDecoder::decode_borders(StreamRange streams) {
+  Expected<BorderValues> borders = BorderValues::decode(container_, streams.first, streams.end, pool_);
   if (!borders) return borders.status();
   borders_ = std::move(*borders);
   return {};
 }
 
 Status ContainerDecoder::decode() {
-  if (Status status = decode_borders(); !status.ok()) return status;
+  if (Status status = decode_borders(range_); !status.ok()) return status;
   decode_first_round(range_);
   if (steps_.stopped()) return cancelled();
   if (Status status = first_failure(range_); !status.ok()) return status;
@@ -51,9 +51,7 @@ Status ContainerDecoder::decode_in_windows(uint64_t most_faces,
   Status stream_error, reference_error;
   for (StreamRange window = window_from(range_.first, most_faces); window.first < range_.end;
        window = window_from(window.end, most_faces)) {
-    Expected<BorderValues> borders = BorderValues::decode(container_, window.first, window.end, pool_);
-    if (!borders) return borders.status();
-    borders_ = std::move(*borders);
+    if (Status status = decode_borders(window); !status.ok()) return status;
     decode_first_round(window);
     if (steps_.stopped()) return cancelled();
     if (stream_error.ok()) stream_error = first_failure(window);

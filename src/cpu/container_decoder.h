@@ -74,8 +74,9 @@ class ContainerDecoder {
   // its part of `out` any more. finish(window) is then called. Errors are those of decode().
   Status decode_in_windows(uint64_t most_faces, const std::function<void(StreamRange)>& finish);
 
-  // The steps of it. The shared values come first.
-  Status decode_borders();
+  // The steps of it. The values come first that streams of the range share with others; then they may be
+  // decoded.
+  Status decode_borders(StreamRange streams);
   // The first round for streams of the range: `count` is 1, or kInStep for as many in step. Their statuses are
   // those of stitched(i).
   void decode_streams(uint32_t first, uint32_t count);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "src/container/claims.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
@@ -138,6 +139,10 @@ PatchSizes CompressedPrimitive::patch(uint32_t number) const {
           container().face_base[number],
           container().owned_base[number],
           entry.point_count - entry.reference_count};
+}
+
+Expected<std::vector<PatchBox>> CompressedPrimitive::patch_boxes() const {
+  return psplit::patch_boxes(container());
 }
 
 Status CompressedPrimitive::decode(const PrimitiveBuffers& out, const LoadOptions& options) const {

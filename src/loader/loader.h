@@ -116,6 +116,9 @@ class PSPLIT_EXPORT CompressedPrimitive {
   uint32_t patch_count() const;
   bool has_residue() const;
   PatchSizes patch(uint32_t number) const;  // number < patch_count()
+  // A box for each patch that has all its positions, if the container has them; otherwise none. Errors:
+  // kInvalidInput for boxes that are broken. Decoding does not read them.
+  Expected<std::vector<PatchBox>> patch_boxes() const;
 
   // The opened bytes for decoders: CudaPrimitive (decoder_cuda/psplit_cuda.h) and DecodeTask point to them.
   // Lives as long as a copy of this object.

@@ -1,9 +1,12 @@
 // The codec end to end, without glTF: every mesh of the catalogue comes back, whatever the options.
 #include "encoder/encode_mesh.h"
 
+#include <cmath>
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
+#include "src/condensed/expand_container.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
@@ -49,6 +52,98 @@ TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
       expect_same_mesh_back(named, options, false);
     }
   }
+}
+
+// The squared distance from a point to the nearest one that the faces of a patch use, and twice their area.
+std::pair<double, double> distance_and_area(const PatchContainer& container, const Mesh& decoded,
+                                            uint32_t patch, const std::array<double, 3>& from) {
+  const auto* const positions = reinterpret_cast<const float*>(decoded.find("POSITION")->values.data());
+  double nearest = HUGE_VAL, area = 0;
+  for (uint32_t face = container.face_base[patch]; face < container.face_base[patch + 1]; ++face) {
+    double to[3][3] = {};
+    for (size_t corner = 0; corner < 3; ++corner) {
+      double squared = 0;
+      for (size_t axis = 0; axis < 3; ++axis) {
+        to[corner][axis] = positions[3 * decoded.faces[face][corner] + axis] - from[axis];
+        squared += to[corner][axis] * to[corner][axis];
+      }
+      nearest = std::min(nearest, squared);
+    }
+    double squared_area = 0;
+    for (size_t i = 0; i < 3; ++i) {
+      const size_t j = (i + 1) % 3, k = (i + 2) % 3;
+      const double normal =
+          (to[1][j] - to[0][j]) * (to[2][k] - to[0][k]) - (to[1][k] - to[0][k]) * (to[2][j] - to[0][j]);
+      squared_area += normal * normal;
+    }
+    area += std::sqrt(squared_area);
+  }
+  return {nearest, area};
+}
+
+TEST(EncodeMesh, PatchesAreInTheOrderThatIsAskedFor) {
+  const ThreadPool pool(2);
+  for (const NamedMesh& named : all_meshes()) {
+    if (named.mesh.faces.size() < 400 || named.mesh.faces.size() > 20000) continue;
+    SCOPED_TRACE(named.name);
+    const Coded coded = default_codings(named.mesh, true);  // so that what is measured is what was ordered
+    EncodeOptions options{.patch_count = 9, .keep_duplicates = true};
+    const PatchOrder near{PatchOrder::By::kNear, {0.25, -0.5, 1}}, size{PatchOrder::By::kSize, {}};
+    for (const PatchOrder& order : {PatchOrder(), near, size}) {
+      options.order = order;
+      const EncodedMesh encoded = must(encode_mesh(named.mesh, coded.codings, options, pool));
+      const PatchContainer container = must(open_container(encoded.container));
+      double last_distance = 0, last_area = HUGE_VAL;
+      for (uint32_t i = 0; i < container.patch_count(); ++i) {
+        const auto [distance, area] = distance_and_area(container, encoded.decoded, i, near.point);
+        EXPECT_TRUE(order.by != PatchOrder::By::kNear || distance >= last_distance);
+        EXPECT_TRUE(order.by != PatchOrder::By::kSize || area <= last_area * (1 + 1e-9));
+        last_distance = distance;
+        last_area = area;
+      }
+      expect_same_mesh_back(named, options, false);
+    }
+  }
+}
+
+TEST(EncodeMesh, BoxesHaveWhatPatchesHave) {
+  const ThreadPool pool(2);
+  size_t count = 0;
+  for (const NamedMesh& named : all_meshes())
+    for (const bool condense : {false, true}) {
+      SCOPED_TRACE(named.name);
+      const Coded coded = default_codings(named.mesh, false);
+      EncodeOptions options{.patch_count = 5, .condense = condense};
+      const EncodedMesh without = must(encode_mesh(named.mesh, coded.codings, options, pool));
+      options.boxes = true;
+      const EncodedMesh encoded = must(encode_mesh(named.mesh, coded.codings, options, pool));
+      const PatchContainer container = must(open_container(encoded.container));
+      EXPECT_EQ(encoded.entries, without.entries);
+      EXPECT_EQ(encoded.head_bytes, container.head_bytes);
+      const std::vector<PatchBox> boxes = must(patch_boxes(container));
+      if (boxes.empty()) {
+        EXPECT_EQ(encoded.container, without.container);
+        continue;
+      }
+      ++count;
+      EXPECT_LE(encoded.container.size(), without.container.size() + 27 + 6 * boxes.size());
+      const auto* const positions =
+          reinterpret_cast<const float*>(encoded.decoded.find("POSITION")->values.data());
+      for (uint32_t i = 0; i < boxes.size(); ++i)
+        for (uint32_t face = container.face_base[i]; face < container.face_base[i + 1]; ++face)
+          for (const uint32_t point : encoded.decoded.faces[face])
+            for (size_t axis = 0; axis < 3; ++axis) {
+              ASSERT_LE(boxes[i].low[axis], positions[3 * point + axis]);
+              ASSERT_GE(boxes[i].high[axis], positions[3 * point + axis]);
+            }
+      const auto bytes_of = [](std::span<const uint8_t> section) {
+        return std::vector<uint8_t>(section.begin(), section.end());
+      };
+      if (container.condensed_count() == 0) continue;
+      const std::vector<uint8_t> expanded = must(expand_container(container, pool));
+      EXPECT_EQ(bytes_of(boxes_section(must(open_container(expanded)))), bytes_of(boxes_section(container)));
+    }
+  EXPECT_GT(count, 10u);
 }
 
 TEST(EncodeMesh, BytesDoNotDependOnThreads) {

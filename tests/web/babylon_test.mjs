@@ -7,6 +7,7 @@ import path from 'node:path';
 import { after } from 'node:test';
 import { page_test } from './browser.mjs';
 import { compressed_primitives, corpus_folder, gltf_psplit, root } from './load.mjs';
+import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const folder = mkdtempSync(path.join(tmpdir(), 'psplit-babylon-'));
@@ -22,7 +23,7 @@ async function prepare() {
   const { Scene } = await import('@babylonjs/core/scene.js');
   const { LoadAssetContainerAsync, SceneLoader } = await import('@babylonjs/core/Loading/sceneLoader.js');
   const { registerGLTFExtension } = await import('@babylonjs/loaders/glTF/2.0/index.js');
-  const { createPool } = await import('/psplit/index.js'), { registerPsplit } = await import('/psplit/babylon.js');
+  const { createPool } = await import('/psplit/index.js'), { loadStreaming, registerPsplit } = await import('/psplit/babylon.js');
   const { digest } = await import('/page.js');
   globalThis.pool = createPool({ workers: 2 });
   registerPsplit(registerGLTFExtension, { pool });
@@ -41,6 +42,17 @@ async function prepare() {
       box: [minimum.asArray(), maximum.asArray()], alpha: mesh.hasVertexAlpha, influencers: mesh.numBoneInfluencers,
       targets: await Promise.all(Array.from({ length: targets?.numTargets ?? 0 }, async (_, i) =>
         [await values(targets.getTarget(i).getPositions()), await values(targets.getTarget(i).getNormals())])) };
+  };
+  globalThis.streamed = (url, scene, options) => loadStreaming(LoadAssetContainerAsync, url, scene, options);
+  // Those of load(scene, parts), with the times of its begin and end.
+  globalThis.facts_of = async (load) => {
+    const scene = new Scene(engine), parts = [], begin = performance.now();
+    try {
+      const { meshes } = await load(scene, parts), end = performance.now();
+      return { meshes: await Promise.all(meshes.map(mesh_facts)), parts, times: [begin, end] };
+    } finally {
+      scene.dispose();
+    }
   };
   globalThis.facts = async (url) => {
     const scene = new Scene(engine);
@@ -188,6 +200,31 @@ page_test('fallback, errors, and the end of a load', { script: prepare, files: {
   // Without an option, a pool is made.
   await page.evaluate(() => registerPsplit(registerGLTFExtension));
   assert.deepEqual(await facts('sample'), plain);
+});
+
+page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_tool, files, script: prepare,
+  errors: [/b\/large.glb: net::ERR_ABORTED/, /status of 404/, /none.glb: net::ERR_ABORTED/] }, async ({ result, page }) => {
+  await result;
+  const bytes = readFileSync(assets[large].encoded), chunks = (pause) => () => in_chunks(bytes, () => Math.ceil(bytes.length / 20), pause);
+  const { origin, open } = await serve_slowly({ '/a/large.glb': chunks(40), '/b/large.glb': chunks(100) });
+  const facts = await page.evaluate((url) => facts_of((scene, parts) => streamed(url, scene, {
+    onPart: ({ indices }) => parts.push([performance.now(), indices.length]) })), `${origin}/a/large.glb`);
+  const { meshes, parts, times: [begin, end] } = facts;
+  assert.deepEqual(meshes, await page.evaluate((i) => globalThis.facts(`/${i}/plain.glb`), large));
+  assert.equal(parts.reduce((sum, [, count]) => sum + count, 0), meshes.reduce((sum, { indices }) => sum + (indices?.[0] ?? 0), 0));
+  assert.ok(parts[0][0] - begin < (end - begin) / 2, `${parts[0][0] - begin} of ${end - begin} ms`);
+
+  const { code, ms } = await page.evaluate(async (url) => {
+    const stop = new AbortController(), begin = performance.now();
+    setTimeout(() => stop.abort(), 300);
+    const error = await facts_of((scene) => streamed(url, scene, { signal: stop.signal })).catch((error) => error);
+    return { code: error.code, ms: performance.now() - begin };
+  }, `${origin}/b/large.glb`);
+  assert.equal(code, 'aborted');
+  assert.ok(ms < 1500, `${ms} ms`);
+  for (let left = 200; left > 0 && open.has('/b/large.glb'); --left) await wait_ms(5);
+  assert.ok(!open.has('/b/large.glb'));
+  assert.equal((await page.evaluate((url) => facts_of((scene) => streamed(url, scene)).catch((error) => error.code), `${origin}/none.glb`)), 'failed');
 });
 
 page_test('a frame', { skip: no_tool, headers: isolation, files, script: prepare },

@@ -46,6 +46,22 @@ test('metadata of a point cloud is that of draco3d', () => {
   assert.deepEqual(answers[0], answers[1]);
 });
 
+test("calls that psplit lacks are draco3d's, with any decoder", { skip: corpus_folder === null && 'there is no corpus' }, () => {
+  const bytes = older.find(([, stream]) => stream[7] === 1)[1];
+  const answers = [ours, theirs].map((draco) => {
+    const decoder = new draco.Decoder(), other = new draco.Decoder(), out = new draco.Mesh();
+    assert.ok(decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, out).ok());
+    const strips = new draco.DracoInt32Array(), floats = new draco.DracoFloat32Array(), all = new draco.DracoFloat32Array();
+    const attribute = other.GetAttribute(out, 0);
+    return [other.GetTriangleStripsFromMesh(out, strips), strips.size(), strips.GetValue(1), other.GetAttributeFloat(attribute, 1, floats),
+      floats.size(), floats.GetValue(0), other.GetAttributeFloatForAllPoints(out, attribute, all), all.GetValue(5)];
+  });
+  assert.deepEqual(answers[0], answers[1]);
+  const decoder = new ours.Decoder(), out = new ours.Mesh();
+  assert.ok(decoder.DecodeArrayToMesh(mesh, mesh.length, out).ok());
+  assert.throws(() => decoder.GetTriangleStripsFromMesh(out, new ours.DracoInt32Array()), /psplit makes no triangle strips/);
+});
+
 test("draco3d's faults are passed on, and psplit's streams stay psplit's", () => {
   const newer = Uint8Array.from(mesh);
   newer[6] = 9;
@@ -112,3 +128,10 @@ page_test('no draco3d at the address', { files, script: load_all, argument: { co
     assert.deepEqual(decoded, expected[0]);
     assert.match(message, /point clouds are not supported; use draco3d for them \(http.*\/nowhere\/draco_decoder\.wasm: HTTP status 404\)/);
   });
+
+// The policy that the README names. The page's import map has a nonce.
+page_test("three's DRACOLoader under a strict policy", { script: load_all, argument: { count: 1 },
+  files: { ...files, '/': files['/'].replace('<script type="importmap">', '<script type="importmap" nonce="of-the-map">') },
+  headers: { 'Content-Security-Policy': readFileSync(path.join(package_folder, 'README.md'), 'utf8').match(/^ *Content-Security-Policy: (.*worker-src blob:.*)$/m)[1]
+    .replace("script-src 'self'", "script-src 'self' 'nonce-of-the-map'") } },
+async ({ result }) => assert.deepEqual(await result, expected.slice(0, 1)));

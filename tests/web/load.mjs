@@ -79,18 +79,21 @@ export function* corpus_streams() {
     for (const { bytes } of compressed_primitives(file, 'KHR_draco_mesh_compression')) yield [file, bytes];
 }
 
-// A container of a new mesh with normals and texture coordinates, and its attributes.
-export function make_container(faces, patch_faces) {
+// A new mesh with normals and texture coordinates, in patches: use(file) gets the GLB.
+export function with_asset(faces, options, use) {
   const folder = mkdtempSync(path.join(tmpdir(), 'psplit-container-')), file = (name) => path.join(folder, name);
   const run = (...arguments_) => execFileSync(gltf_psplit, [...arguments_, '-q']);
   try {
     run('generate', file('mesh.glb'), '--shape', 'terrain', '--faces', String(faces), '--seed', '1', '--normals', '--texcoords');
-    run('encode', file('mesh.glb'), file('patches.glb'), '--patch-faces', String(patch_faces));
-    return compressed_primitives(file('patches.glb'), 'PSPLIT_mesh_draco_patches')[0];
+    run('encode', file('mesh.glb'), file('patches.glb'), ...options);
+    return use(file('patches.glb'));
   } finally {
     rmSync(folder, { recursive: true });
   }
 }
+// The container of one, and its attributes.
+export const make_container = (faces, patch_faces, ...options) =>
+  with_asset(faces, ['--patch-faces', String(patch_faces), ...options], (file) => compressed_primitives(file, 'PSPLIT_mesh_draco_patches')[0]);
 
 // The same numbers for the same seed.
 export function random_numbers(seed) {

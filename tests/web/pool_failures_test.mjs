@@ -104,7 +104,42 @@ pool_test('fewer workers than wanted', { workers: 4 }, (pool) => with_workers(2,
   assert.deepEqual(await decode(pool, { workers: 4 }), expected);
   assert.equal(pool.workerCount, 2);
 }));
-pool_test('no worker at all', { workers: 2 }, (pool) => with_workers(0, broken, async () => {
+pool_test('no worker at all: this thread decodes', { workers: 2 }, (pool) => with_workers(0, broken, async () => {
+  const { warn } = console, warnings = [], progress = [], parts = [];
+  console.warn = (text) => warnings.push(text);
+  try {
+    const meshes = await Promise.all([decode(pool, { workers: 2, onProgress: (...counts) => progress.push(counts) }), decode(pool),
+      pool.decodePatches(bytes, { attributes, onPart: (part) => parts.push(part) })]);
+    for (const mesh of meshes) assert.deepEqual(mesh, expected);
+    assert.equal(pool.workerCount, 0);
+    assert.equal(progress.at(-1)[0], progress.at(-1)[1]);
+    assert.equal(parts.filter(({ isFinal }) => isFinal).reduce((sum, { indices }) => sum + indices.length / 3, 0), expected.faceCount);
+    const controller = new AbortController(), aborts = assert.rejects(decode(pool, { signal: controller.signal }), aborted);
+    controller.abort();
+    await aborts;
+    await assert.rejects(decode(pool, { attributes: [{ ...attributes[0], uniqueId: 99 }] }), { code: 'invalid-input' });
+    const thrown = new Error('thrown');
+    await assert.rejects(decode(pool, { onProgress: () => { throw thrown; } }), thrown);
+    assert.deepEqual(await decode(pool), expected);
+  } finally {
+    console.warn = warn;
+  }
+  assert.equal(warnings[0], 'psplit: no worker can be started, so this thread decodes (worker: broken)');
+}));
+pool_test('this thread is asked only until workers can be started', { workers: 2, idleMs: 20 }, (pool) => with_workers(0, broken, async () => {
+  const { warn } = console;
+  console.warn = () => {};
+  try {
+    assert.deepEqual(await decode(pool), expected);
+    construct = (...args) => new Worker(...args);
+    await new Promise((resolve) => setTimeout(resolve, 100));
+    assert.deepEqual(await decode(pool), expected);
+    assert.equal(alive.size, 1);
+  } finally {
+    console.warn = warn;
+  }
+}));
+pool_test('no worker at all, and this thread must not decode', { workers: 2, mainThread: false }, (pool) => with_workers(0, broken, async () => {
   await assert.rejects(decode(pool, { workers: 2 }), { ...failed, message: 'worker: broken' });
   construct = (...args) => new Worker(...args);
   assert.deepEqual(await decode(pool, { workers: 2 }), expected);

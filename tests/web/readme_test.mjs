@@ -6,7 +6,7 @@ import test from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { page_test } from './browser.mjs';
 import { compressed_primitives, link_package, root } from './load.mjs';
-import { streams } from './stock_draco.mjs';
+import { draco_glb, streams } from './stock_draco.mjs';
 
 link_package();
 const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
@@ -46,8 +46,8 @@ test('glTF-Transform', async () => {
   assert.equal(points_of(document), points_of(ahead));
   assert.equal(points_of(await io.read(path.join(folder, 'out.glb'))), points_of(document));
 });
-test('without a loader', async () => {
-  const { mesh, converted, whole } = await run(block('Without a loader'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
+test('streams and containers', async () => {
+  const { mesh, converted, whole } = await run(block('Streams and containers'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
   assert.deepEqual(converted.attributes[0].array, mesh.attributes[0].array);
   assert.equal(whole.attributes[0].array.length, 3 * whole.pointCount);
 });
@@ -79,7 +79,7 @@ test('errors', async () => {
 });
 
 // In a page.
-const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js',
+const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
   '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
   '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
@@ -89,6 +89,17 @@ const page = (code, names, body = '') => ({
   '/model.glb': { folder: sample }, '/mesh.drc': stream, '/block.js': `${code}\nexport { ${names} };`,
 });
 
+page_test('without a loader', { files: page(block('Without a loader'), ['primitives', 'decodeGlb']), script: async () => {
+  const { log } = console, lines = [];
+  console.log = (...values) => lines.push(values);
+  const { primitives, decodeGlb } = await import('/block.js');
+  console.log = log;
+  const again = await decodeGlb(await (await fetch('/model.glb')).arrayBuffer());
+  return [lines.length, lines[0][0], lines[0][3].length, primitives[0].attributes.POSITION.array.length, again.primitives.length];
+} }, async ({ result }) => {
+  const [count, name, ...lengths] = await result;
+  assert.deepEqual([count, name, lengths[0], lengths[2]], [1, 'terrain', lengths[1], 1]);
+});
 page_test('three.js', { files: page(block('three.js'), ['scene', 'pool']), script: async () => {
   const { scene, pool } = await import('/block.js');
   const [mesh] = scene.children[0].isMesh ? scene.children : scene.children[0].children;
@@ -101,13 +112,24 @@ page_test('three.js, patch by patch', { files: page(block('three.js', 1), ['scen
   scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
   return facts.patchCount;
 } }, async ({ result }) => assert.ok(await result > 1));
-page_test('Babylon.js', { files: page(block('Babylon.js'), ['meshes']), script: async () => {
+page_test('three.js, while bytes arrive', { files: page(block('three.js', 2), ['scene', 'psplit']), script: async () => {
+  const { scene, psplit } = await import('/block.js');
+  let facts = null;
+  scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
+  return facts.patchCount;
+} }, async ({ result }) => assert.ok(await result > 1));
+page_test('while bytes arrive', { files: page(block('Workers', 1), ['pool', 'primitives', 'triangles']), script: async () => {
+  const { pool, primitives, triangles } = await import('/block.js');
+  pool.dispose();
+  return triangles.reduce((all, count) => all + count, 0) === primitives[0].faceCount;
+} }, async ({ result }) => assert.equal(await result, true));
+for (const i of [0, 1]) page_test(`Babylon.js ${i}`, { files: page(block('Babylon.js', i), ['meshes']), script: async () => {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
   globalThis.scene = new Scene(new NullEngine());
   const { meshes } = await import('/block.js');
   return meshes.reduce((sum, mesh) => sum + mesh.getTotalVertices(), 0);
 } }, async ({ result }) => assert.ok(await result > 100));
-page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 1), ['DracoDecoder']), script: async () => {
+page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 2), ['DracoDecoder']), script: async () => {
   const { DracoDecoder } = await import('/block.js');
   const mesh = await DracoDecoder.Default.decodeMeshToMeshDataAsync(await (await fetch('/mesh.drc')).arrayBuffer());
   DracoDecoder.Default.dispose();
@@ -116,10 +138,26 @@ page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 1), 
   assert.ok(await result > 100);
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
-page_test('model-viewer', { files: page(block('model-viewer'), ['ModelViewerElement']), script: async () => {
-  const { ModelViewerElement } = await import('/block.js');
-  return ModelViewerElement.dracoDecoderLocation;
-} }, async ({ result }) => assert.equal(await result, '/psplit/draco/'));
+page_test('model-viewer', { files: { ...page(block('model-viewer'), []), '/draco.glb': draco_glb(stream) }, script: async () => {
+  await import('/block.js');
+  const loaded = async (element) => {
+    const done = new Promise((resolve, reject) => {
+      element.addEventListener('load', resolve);
+      element.addEventListener('error', ({ detail }) => reject(new Error(JSON.stringify(detail))));
+    });
+    Object.assign(element, { src: '/draco.glb', loading: 'eager' });
+    element.style.cssText = 'width: 100px; height: 100px; display: block';
+    document.body.append(element);
+    await done;
+    return element.constructor.dracoDecoderLocation;
+  };
+  // Each element that is made sets the location.
+  const first = await loaded(document.createElement('model-viewer'));
+  return [first, await loaded(document.createElement('model-viewer'))];
+} }, async ({ result, site }) => {
+  assert.deepEqual(await result, ['/psplit/draco/', '/psplit/draco/']);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
 page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['loader']), script: async () => {
   const { loader } = await import('/block.js'), geometry = await loader.loadAsync('/mesh.drc');
   loader.dispose();

@@ -111,3 +111,26 @@ export function encode_cloud(point_count) {
     for (const object of [out, cloud, builder, encoder]) encoders.destroy(object);
   }
 }
+
+// A GLB file of JSON and a buffer.
+export function make_glb(json, buffer) {
+  const padded = (bytes, filler) => Buffer.concat([bytes, Buffer.alloc(-bytes.length & 3, filler)]);
+  const chunk = (kind, bytes) => [Buffer.from(Uint32Array.of(bytes.length).buffer), Buffer.from(kind), bytes];
+  const rest = [...chunk('JSON', padded(Buffer.from(JSON.stringify(json)), ' ')), ...chunk('BIN\0', padded(Buffer.from(buffer), 0))];
+  const length = rest.reduce((sum, part) => sum + part.length, 12);
+  return new Uint8Array(Buffer.concat([Buffer.from('glTF'), Buffer.from(Uint32Array.of(2, length).buffer), ...rest]));
+}
+
+// A GLB whose one mesh is a stream with positions alone.
+export function draco_glb(stream) {
+  const { faceCount, pointCount } = decode(stream);
+  return make_glb({
+    asset: { version: '2.0' }, extensionsUsed: ['KHR_draco_mesh_compression'], extensionsRequired: ['KHR_draco_mesh_compression'],
+    scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ indices: 0, attributes: { POSITION: 1 },
+      extensions: { KHR_draco_mesh_compression: { bufferView: 0, attributes: { POSITION: 0 } } } }] }],
+    accessors: [{ componentType: 5125, type: 'SCALAR', count: 3 * faceCount },
+      { componentType: 5126, type: 'VEC3', count: pointCount, min: [0, 0, -1], max: [1, 1, 1] }],
+    bufferViews: [{ buffer: 0, byteLength: stream.length }], buffers: [{ byteLength: stream.length }],
+  }, stream);
+}

@@ -11,7 +11,7 @@ const module_of = (name) => import(pathToFileURL(path.join(modules_folder, 'node
 export const THREE = await module_of('build/three.module.js');
 export const { GLTFLoader } = await module_of('examples/jsm/loaders/GLTFLoader.js');
 export const { MeshoptDecoder } = await module_of('examples/jsm/libs/meshopt_decoder.module.js');
-export const { PsplitDracoLoader, PsplitPlugin } = await import(pathToFileURL(path.join(package_folder, 'three.js')));
+export const { loadStreaming, PsplitDracoLoader, PsplitPlugin } = await import(pathToFileURL(path.join(package_folder, 'three.js')));
 
 // A loader without images, and the options of the plugin, if it has one.
 export function make_loader({ manager, draco, plugin } = {}) {

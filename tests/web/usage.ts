@@ -1,11 +1,14 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
-import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
-import { registerPsplit } from 'psplit/babylon';
+import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
+import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
+import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
-import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
+import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
+import { BufferAttribute, BufferGeometry } from 'three';
+import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<number> {
@@ -13,12 +16,22 @@ export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<nu
   const mesh: DecodedMesh = await decodeDraco(bytes, { attributes: [{ uniqueId: 0, type: 'float32' }, { semantic: 'NORMAL' }] });
   const container: DecodedContainer = await decodeContainer(bytes, { attributes: [
     { name: 'POSITION', uniqueId: 0, type: 'float32', componentCount: 3 }] });
-  const pool: Pool = createPool({ workers: 2, wasm: new URL('https://example.com/psplit.wasm'), idleMs: 100, shared: false });
+  configure({ wasm: await WebAssembly.compile(bytes as BufferSource), worker: () => new Worker('/worker.js', { type: 'module' }) });
+  const pool: Pool = createPool({ workers: 2, wasm: new URL('https://example.com/psplit.wasm'), worker: '/worker.js', idleMs: 100, shared: false,
+    mainThread: false });
   await pool.decodePatches(bytes, { signal, onProgress: (done, total) => console.log(done / total),
     onPart: (part: DecodedPart) => console.log(part.patches[0], part.indices.length) });
   pool.dispose();
   const same: typeof createPool = inline.createPool;
   return mesh.indices.length + container.patchCount + container.attributes[0]!.array.length + same().workerCount;
+}
+
+export async function assets(bytes: ArrayBuffer, pool: Pool, signal: AbortSignal): Promise<BufferGeometry[]> {
+  const assets: DecodedAsset[] = [await decodeGlb(bytes), await decodeGltf('a.gltf', { pool, signal })];
+  return assets.flatMap(({ primitives }) => primitives).map(({ indices, attributes }) => {
+    const { array, componentCount, normalized } = attributes['POSITION']!;
+    return new BufferGeometry().setIndex(indices && new BufferAttribute(indices, 1)).setAttribute('position', new BufferAttribute(array, componentCount, normalized));
+  });
 }
 
 export function code_of(error: unknown): string {
@@ -29,10 +42,34 @@ export function code_of(error: unknown): string {
 }
 
 export function loaders(pool: Pool, signal: AbortSignal): GLTFLoader {
-  const loader = new GLTFLoader().setDRACOLoader(new PsplitDracoLoader({ pool }) as never);
+  const loader = new GLTFLoader().setDRACOLoader(new PsplitDracoLoader({ pool, fallback: new DRACOLoader() }));
   return loader.register((parser) => new PsplitPlugin(parser, { pool, signal, patchByPatch: true, onProgress(done, total, { mesh, primitive }) {
     console.log(done, total, mesh, primitive);
   } }));
+}
+
+export async function shown(loader: GLTFLoader): Promise<number> {
+  const { psplit, scene } = await loader.loadAsync('/model.glb');
+  await psplit.whole;
+  return psplit.patchesOf(scene.children[0]!)?.patchCount ?? 0;
+}
+
+export async function geometry(bytes: Uint8Array): Promise<BufferGeometry> {
+  const { attributes, indices } = await decodeDraco(bytes), made = new BufferGeometry().setIndex(new BufferAttribute(indices, 1));
+  for (const { name, array, componentCount, normalized } of attributes)
+    made.setAttribute(name, new BufferAttribute(array, componentCount, normalized));
+  return made;
+}
+
+export async function arriving(pool: Pool, signal: AbortSignal): Promise<number> {
+  const { json, primitives } = await pool.decodeUrl(new URL('https://example.com/a.glb'), { signal, workers: 1,
+    onProgress: (done, total) => console.log(done / total), onPart: (part, { faceCount }, { mesh }) => console.log(part.isFinal, faceCount, mesh) });
+  const { body } = await fetch('/a.bin'), mesh: DecodedContainer = await pool.decodeStream(body!, { onPart: (part) => console.log(part.firstFace) });
+  const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
+  await psplit.whole;
+  const load = async (source: string, scene: { name: string }) => ({ meshes: [source, scene.name] });
+  const { meshes } = await loadIntoBabylon(load, '/a.glb', { name: 'a' }, { signal, onPart: (part, { faceCount }) => console.log(part.patches, faceCount) });
+  return meshes.length + scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
 }
 
 export async function io(pool: Pool): Promise<void> {

@@ -4,8 +4,9 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
-import { close_browser, open_page, skip as no_chromium } from './browser.mjs';
+import { close_browser, kMostMs, open_page, skip as no_chromium } from './browser.mjs';
 import { gltf_psplit, root } from './load.mjs';
+import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
 const viewer = path.join(root, 'web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const pictures = path.join(root, 'build/web/pictures');
@@ -28,7 +29,7 @@ async function with_viewer(hash, use) {
   const opened = await open_page('about:blank'), { page } = opened;
   try {
     await page.setViewport({ width: 1280, height: 800 });
-    await page.goto(`http://127.0.0.1:${server.address().port}/${hash}`, { waitUntil: 'domcontentloaded' });
+    await page.goto(`http://127.0.0.1:${server.address().port}/${hash}`, { waitUntil: 'domcontentloaded', timeout: kMostMs });
     await use({ ...opened, state: state_of(page) });
   } finally {
     await opened.close();
@@ -41,14 +42,16 @@ const state_of = (page) => async () => {
   return page.evaluate(() => {
     const lines = (id) => document.getElementById(id).innerText.split('\n').map((line) => line.trim()).filter((line) => line !== '');
     const facts = lines('facts');
-    return { state: document.body.dataset.state, times: lines('times'), compared: lines('compared').join(' '), problem: lines('problem').join(' '),
+    return { state: document.body.dataset.state, name: document.getElementById('name').innerText, times: lines('times'), compared: lines('compared').join(' '), problem: lines('problem').join(' '),
       facts: Object.fromEntries(facts.flatMap((line, i) => (i % 2 === 0 ? [[line, facts[i + 1]]] : []))) };
   });
 };
 
 // Drops files of the samples on the page.
-async function drop(page, names, change = (bytes) => bytes) {
-  const files = names.map((name) => ({ name, data: change(readFileSync(path.join(samples, name))).toString('base64') }));
+const drop = (page, names, change = (bytes) => bytes) =>
+  drop_bytes(page, Object.fromEntries(names.map((name) => [name, change(readFileSync(path.join(samples, name)))])));
+async function drop_bytes(page, contents) {
+  const files = Object.entries(contents).map(([name, bytes]) => ({ name, data: Buffer.from(bytes).toString('base64') }));
   await page.evaluate((given) => {
     document.body.dataset.state = 'dropped';
     const dataTransfer = new DataTransfer();
@@ -86,7 +89,7 @@ test('a sample', { skip, timeout: 120000 }, () => with_viewer('#scene.patches', 
   assert.ok(Number(facts.Patches) > 20);
   for (const name of ['Points', 'Meshes', 'File', 'Compressed', 'Decoded', 'First triangles after', 'Loaded after']) assert.match(facts[name], /\d/, name);
   assert.ok(times.some((line) => /draco3d.*stock Draco/.test(line)) && times.some((line) => /psplit.*patches joined/.test(line)), `${times}`);
-  assert.match(compared, /same mesh in two files.*Median of \d+ runs/);
+  assert.match(compared, /same mesh in two files.*Median of \d+ runs.*Half of them lie within ±\d+ % of it/);
   const coloured = await picture(page, 'scene');
   assert.ok(coloured.hues >= 5 && coloured.covered > 0.05, JSON.stringify(coloured));
   await page.click('#colours');
@@ -114,6 +117,41 @@ test('dropped files', { skip, timeout: 120000 }, () => with_viewer('#scene.draco
   const { state: last, problem } = await state();
   assert.equal(last, 'failed');
   assert.match(problem, /^patches\.glb: mesh 0 "terrain", primitive 0: patch \d: /);
+}));
+
+test('dropped Draco streams', { skip, timeout: 120000 }, () => with_viewer('#scene.draco', async ({ page, errors, state }) => {
+  await state();
+  const { points, faces } = grid(40);
+  for (const extra of [false, true]) {
+    await drop_bytes(page, { 'grid.drc': encode({ points, faces }, { method: 'edgebreaker', speed: 5, bits: 11, extra }) });
+    const { state: last, name, facts, compared } = await state();
+    assert.deepEqual([last, name, facts.Triangles, facts['Draco streams']], ['measured', 'grid.drc', faces.length.toLocaleString('en'), '1']);
+    assert.match(compared, /^Both decode the same Draco stream\./);
+    assert.ok((await picture(page, 'grid')).covered > 0.1);
+  }
+  assert.deepEqual(errors, []);
+  await drop_bytes(page, { 'cloud.drc': encode_cloud(100) });
+  const { state: last, problem } = await state();
+  assert.equal(last, 'failed');
+  assert.match(problem, /^cloud\.drc: .*not a Draco mesh/);
+}));
+
+test('files that cannot be shown', { skip, timeout: 120000 }, () => with_viewer('#scene.draco', async ({ page, state }) => {
+  const before = await state();
+  // Nothing to load: the model stays, with its name and its facts.
   await drop(page, ['README.md']);
-  assert.match((await state()).problem, /no \.glb or \.gltf/);
+  const other = await state();
+  assert.deepEqual([other.state, other.problem, other.name, other.facts],
+    ['failed', 'README.md: not a .glb, .gltf or .drc', before.name, before.facts]);
+  assert.ok((await picture(page, 'kept')).covered > 0.05);
+  // A model that fails: none is shown under its name.
+  for (const bytes of [[1, 2, 3], Buffer.from('{"asset":{"version":"2.0"},"buffers":[{"uri":"missing.bin","byteLength":8}],' +
+    '"bufferViews":[{"buffer":0,"byteLength":8}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":0}],' +
+    '"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0}')]) {
+    await drop_bytes(page, { 'broken.gltf': bytes });
+    const { state: last, problem, name, facts } = await state();
+    assert.deepEqual([last, name, facts], ['failed', 'broken.gltf', {}]);
+    assert.match(problem, /^broken\.gltf: ./);
+    assert.ok((await picture(page, 'broken')).covered < 0.01);  // the message has a colour
+  }
 }));

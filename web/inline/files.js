@@ -1,5 +1,6 @@
 // Takes the place of web/js/files.js in psplit/inline: the module and the worker's code are texts of the same file.
 import { wasm_text, worker_text } from './contents.js';
+import { make_runner } from './job_runner.js';
 
 let bytes, worker_address;
 
@@ -15,4 +16,5 @@ export function page_worker() {
   worker_address ??= URL.createObjectURL(new Blob([worker_text], { type: 'text/javascript' }));
   return new Worker(worker_address, { type: 'module' });
 }
+export const job_runner = async () => ({ make_runner });
 export const node_worker = (NodeWorker) => new NodeWorker(new URL(`data:text/javascript,${encodeURIComponent(worker_text)}`));

@@ -1,5 +1,5 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader.
-import type { Pool } from './index.js';
+import type { ContainerCounts, DecodedPart, Pool } from './index.js';
 
 export interface BabylonOptions {
   /** Decodes. By default a pool that all loaders share, which ends its workers when they are idle. */
@@ -17,3 +17,21 @@ export interface BabylonOptions {
 export function registerPsplit(
   registerGLTFExtension: (name: string, isGLTFExtension: boolean, factory: (loader: any) => any) => void,
   options?: BabylonOptions): void;
+
+export interface BabylonStreamingOptions {
+  /** Ends the download and the load, which rejects with the code `aborted`. */
+  signal?: AbortSignal;
+  /** Of each container: its decoded patches, and their total. */
+  onProgress?: (done: number, total: number) => void;
+  /** The patches of a container, when they have arrived and are decoded. Meshes get them when they are whole. */
+  onPart?: (part: DecodedPart, mesh: ContainerCounts) => void;
+  /** Others are Babylon.js' own. */
+  [option: string]: unknown;
+}
+
+/**
+ * Loads a GLB or glTF file in patches, which are decoded while the file arrives. `load` is LoadAssetContainerAsync,
+ * ImportMeshAsync or AppendSceneAsync of Babylon.js; call registerPsplit before. Resolves to what `load` does.
+ */
+export function loadStreaming<Scene, Result>(load: (source: string, scene: Scene, options?: any) => Promise<Result>, url: string,
+  scene: Scene, options?: BabylonStreamingOptions): Promise<Result>;

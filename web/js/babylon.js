@@ -1,28 +1,46 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader. Before the loader reads a mesh, each primitive of the
 // extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
+import { signal_of } from './arriving.js';
+import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kExtensionName, stored_primitive } from './gltf.js';
+import { fitting_indices, kExtensionName, packed, stored_primitive } from './gltf.js';
 import { createPool } from './pool.js';
 
 let default_pool;
 
-export function registerPsplit(registerGLTFExtension, { pool } = {}) {
-  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, pool));
+export function registerPsplit(registerGLTFExtension, options) {
+  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, options?.pool));
+}
+
+// Assets that arrive: { asset, onProgress, onPart } by number. Babylon.js gets their JSON with addresses of buffers that have the
+// number.
+const arriving = new Map(), kAddress = 'psplit-arriving:';
+let next_number = 0;
+const arriving_of = ({ uri = '' }) => (uri.startsWith(kAddress) ? arriving.get(Number(uri.slice(kAddress.length))) : undefined);
+
+export async function loadStreaming(load, url, scene, options) {
+  const { signal: outer, onProgress, onPart, ...rest } = options ?? {}, { signal, end } = signal_of(outer), number = next_number++;
+  try {
+    const asset = await ArrivingAsset.open(url, signal), { json } = asset;
+    if (json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
+    if (!json.extensionsUsed?.includes(kExtensionName)) throw new PsplitError(`${url}: the asset has no ${kExtensionName}`, 'unsupported');
+    arriving.set(number, { asset, onProgress, onPart });
+    const text = JSON.stringify({ ...json, buffers: json.buffers?.map((buffer) => ({ ...buffer, uri: `${kAddress}${number}` })) });
+    const loaded = await load(`data:${text}`, scene, { rootUrl: url.slice(0, url.lastIndexOf('/') + 1), pluginExtension: '.gltf', ...rest });
+    if (signal.aborted) throw new PsplitError('aborted', 'aborted');
+    return loaded;
+  } catch (error) {
+    throw signal.aborted ? new PsplitError('aborted', 'aborted') : error;
+  } finally {
+    arriving.delete(number);
+    end();
+  }
 }
 
 const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
-
-// Returns the bytes of an accessor without gaps.
-function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {
-  const component_bytes = componentType >= 5125 ? 4 : componentType >= 5122 ? 2 : 1;
-  const item_bytes = kComponentCounts[type] * component_bytes, bytes = new Uint8Array(count * item_bytes);
-  for (let i = 0, from = byteOffset; i < count; ++i, from += byteStride ?? item_bytes)
-    bytes.set(data.subarray(from, from + item_bytes), i * item_bytes);
-  return bytes;
-}
 
 class PatchesLoader {
   // The members that Babylon.js asks for.
@@ -70,6 +88,11 @@ class PatchesLoader {
     return column.container.arrays.then((arrays) => arrays.get(column.name));
   }
 
+  // Null for buffers that Babylon.js loads itself.
+  loadBufferAsync(_, buffer, byteOffset, byteLength) {
+    return arriving_of(buffer)?.asset.buffer(buffer.index, byteOffset, byteLength) ?? null;
+  }
+
   // Makes the accessors of a container. Returns their numbers.
   #add_accessors(gltf, { attributes, indices }, stored, place) {
     const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined };
@@ -88,11 +111,8 @@ class PatchesLoader {
   // Returns the bytes of a container's columns by their names.
   async #decode(container) {
     const { gltf, primitive, stored, place } = container, { signal } = this.#abort;
-    const data = await this.#load_view(gltf, stored.bufferView);
     try {
-      const pool = this.#pool ?? (default_pool ??= createPool());
-      // The data is a part of the file's buffer, which must stay.
-      const mesh = await pool.decodeContainer(data.slice(), { attributes: stored.attributes, transfer: true, signal });
+      const mesh = await this.#decode_bytes(gltf, stored, signal);
       return new Map([[undefined, bytes_of(fitting_indices(gltf, primitive, mesh))],
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
     } catch (error) {
@@ -107,6 +127,17 @@ class PatchesLoader {
         return [name, packed(await this.#load_view(gltf, view), accessor, gltf.bufferViews[view])];
       })));
     }
+  }
+
+  async #decode_bytes(gltf, { bufferView: view, attributes }, signal) {
+    const pool = this.#pool ?? (default_pool ??= createPool()), source = arriving_of(gltf.buffers[gltf.bufferViews[view].buffer]);
+    if (source !== undefined) {
+      const { asset, onProgress, onPart } = source;
+      return pool.decodeStream(asset.chunks(view), { attributes, signal, onProgress, onPart });
+    }
+    const data = await this.#load_view(gltf, view);
+    // The data is a part of the file's buffer, which must stay.
+    return pool.decodeContainer(data.slice(), { attributes, transfer: true, signal });
   }
 
   async #load_view(gltf, view) {

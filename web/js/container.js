@@ -1,22 +1,58 @@
 // A container in an instance of the module, and the range of its streams that the instance decodes. Synchronous.
 import { PsplitError } from './error.js';
-import { kArrays, kSemantics, kTypes } from './types.js';
+import { array_of, kSemantics, kTypes } from './types.js';
+
+const wrong_length = () => new PsplitError('container: its length is not the sum of its parts', 'invalid-input');
 
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
+
+// The boxes of streams, which a section of a valid container's head may have. Undefined if there are none, or if they are broken.
+function boxes_of(bytes, stream_count) {
+  const kHeader = 20, kBoxes = 128, kBounds = 24, kSteps = 255;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
+  const end = kHeader + word(12) + word(16);
+  for (let at = kHeader + word(12), length; at < end; at += length) {
+    const type = bytes[at++];
+    length = 0;
+    for (let scale = 1; ; scale *= 128) {
+      const byte = bytes[at++];
+      length += (byte % 128) * scale;
+      if (byte < 128) break;
+    }
+    if (type !== kBoxes) continue;
+    if (length !== kBounds + 6 * stream_count) return undefined;
+    const bounds = Array.from({ length: 6 }, (_, i) => view.getFloat32(at + 4 * i, true));
+    return Float64Array.from({ length: 6 * stream_count }, (_, i) => {
+      const low = bounds[i % 3], high = bounds[(i % 3) + 3], step = bytes[at + kBounds + i];
+      return step === kSteps ? high : low + ((high - low) * step) / kSteps;
+    });
+  }
+  return undefined;
+}
 
 export class Container {
   #instance;
   #handle;
   #first;
   #end;
+  #decoded;      // the end of the decoded streams
+  #memory;       // of the container's bytes
+  #arrived = 0;  // bytes
 
-  /** @param {import('./instance.js').Instance} instance */
-  constructor(instance, bytes) {
+  /**
+   * @param {import('./instance.js').Instance} instance
+   * @param {Uint8Array} bytes of the container; if it arrives, at least those to the end of its head
+   * @param {boolean} [arrives]
+   */
+  constructor(instance, bytes, arrives = false) {
     this.#instance = instance;
-    this.#handle = instance.open('open_container', bytes);
-    const [stream_count, has_residue, is_condensed, faces_at, points_at] =
-      instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 5);
+    this.#handle = instance.open('open_container', bytes, arrives ? 0 : 1);
+    const [stream_count, has_residue, is_condensed, faces_at, points_at, memory, byte_count] =
+      instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 7);
+    this.#memory = memory;
+    this.byte_count = byte_count;
+    this.boxes = boxes_of(bytes, stream_count);
     this.stream_count = stream_count;
     this.has_residue = has_residue !== 0;
     this.is_condensed = is_condensed !== 0;
@@ -34,6 +70,20 @@ export class Container {
   }
   get point_count() {
     return this.first_points[this.stream_count];
+  }
+
+  // Of a container that arrives: its next bytes. Returns the number of streams that have arrived.
+  arrive(bytes) {
+    if (this.#arrived + bytes.length > this.byte_count) throw wrong_length();
+    this.#instance.view(Uint8Array, this.#memory + this.#arrived, bytes.length).set(bytes);
+    const stream_count = this.#instance.exports.arrive(this.#handle, (this.#arrived += bytes.length));
+    const failure = this.failure();
+    if (failure !== undefined) throw failure.error;
+    return stream_count;
+  }
+  // No bytes come any more.
+  end_arrival() {
+    if (this.#arrived < this.byte_count) throw wrong_length();
   }
 
   // Requests attributes; without any, all that the first stream has.
@@ -59,15 +109,18 @@ export class Container {
 
   // Takes the memory for streams [first, end).
   begin(first, end) {
-    this.#first = first;
+    this.#first = this.#decoded = first;
     this.#end = end;
     if (!this.#instance.exports.begin_range(this.#handle, first, end)) throw this.#instance.last_error();
   }
-  // Decodes them, and calls on_streams(end) when the streams before `end` are decoded. Returns { stage, error } if one
-  // of them failed.
+  // Decodes those that have arrived, and calls on_streams(end) when the streams before `end` are decoded. Returns
+  // { stage, error } if one of them failed.
   decode(on_streams) {
-    for (let at = this.#first, count; (count = this.#instance.exports.decode_streams(this.#handle)) > 0;)
-      on_streams?.(at += count);
+    for (let count; (count = this.#instance.exports.decode_streams(this.#handle)) > 0;)
+      on_streams?.(this.#decoded += count);
+    return this.failure();
+  }
+  failure() {
     const stage = this.#instance.exports.failed_stage(this.#handle);
     return stage === 0 ? undefined : { stage, error: this.#instance.last_error() };
   }
@@ -114,5 +167,3 @@ export class Container {
     return this.#instance.view(Uint32Array, at, length);
   }
 }
-
-export const array_of = (type) => kArrays[kTypes.indexOf(type)];

@@ -7,8 +7,12 @@
 // a port for each helper; helpers have one. All decode a range of streams each. Then each helper sends one message to
 // the lead, which resolves the references from one range to another, and has the result. Arrays of the mesh are
 // assembled by the lead, or if `is_shared`, all write to shared ones, which the lead sends to the helpers at first.
-import { array_of, Container } from './container.js';
+//
+// A job that `arrives` has no bytes: they come in chunks, to one worker.
+import { Container } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
+import { part_of, with_arrays } from './part.js';
+import { array_of } from './types.js';
 
 // The time for assembling a mesh, as a part of the time for decoding it on one worker.
 const kAssembling = 0.045;
@@ -52,21 +56,13 @@ function* decoded_parts(container, first, end) {
   }
 }
 
-export function part_of(attributes, first_faces, first_points, first, end, [indices, ...values], isFinal) {
-  return { patches: [first, end], isFinal, firstFace: first_faces[first], firstFaces: first_faces.slice(first, end + 1), indices,
-    firstPoint: first_points[first], pointCount: first_points[end] - first_points[first], attributes: with_arrays(attributes, values) };
-}
-const with_arrays = (attributes, arrays) =>
-  attributes.map(({ name, uniqueId, type, componentCount, normalized = false }, i) =>
-    ({ name, uniqueId, type, componentCount, normalized, array: arrays[i] }));
-
-// What decoding calls with the end of the decoded streams.
+// What decoding calls with the end of the decoded streams. It `must` report at their end, and before it waits.
 function reporter(container, first, end, { reports, parts }, post) {
   if (!reports) return undefined;
   let last = -Infinity, reported = first;
-  return (at) => {
+  return (at, must = at === end) => {
     const now = performance.now();
-    if (now - last < kReportMs && at < end) return;
+    if (at === reported || (now - last < kReportMs && !must)) return;
     last = now;
     if (parts) for (const part of decoded_parts(container, reported, at)) post({ part, counts: counts_of(container) });
     reported = at;
@@ -74,8 +70,9 @@ function reporter(container, first, end, { reports, parts }, post) {
   };
 }
 
-const counts_of = ({ face_count, has_residue, is_condensed, point_count, stream_count }) => ({ faceCount: face_count,
-  pointCount: point_count, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue, isCondensed: is_condensed });
+const counts_of = ({ boxes, face_count, has_residue, is_condensed, point_count, stream_count }) => ({ faceCount: face_count,
+  pointCount: point_count, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue, isCondensed: is_condensed,
+  ...(boxes && { boxes }) });
 const result_of = (container, [indices, ...values]) => ({ ...counts_of(container), firstFaces: container.first_faces,
   firstPoints: container.first_points, indices, attributes: with_arrays(container.attributes, values) });
 
@@ -86,6 +83,54 @@ export function decode_alone(instance, job, post) {
     const failure = container.decode(reporter(container, 0, container.stream_count, job, post));
     if (failure !== undefined) throw failure.error;
     return result_of(container, container.arrays().map((view) => view.slice()));
+  } finally {
+    container.free();
+  }
+}
+
+const kHeaderBytes = 20, kMagic = 0x4c505350;
+
+// The bytes to the end of the head. If the bytes that are there are not those of a container, no more are needed.
+function front_bytes(bytes) {
+  if (bytes.length < kHeaderBytes) return kHeaderBytes;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
+  return word(0) === kMagic ? kHeaderBytes + word(12) + word(16) : 0;
+}
+
+function joined(a, b) {
+  const bytes = new Uint8Array(a.length + b.length);
+  bytes.set(a);
+  bytes.set(b, a.length);
+  return bytes;
+}
+
+// The streams are decoded when they have arrived: next() resolves to the next bytes, or null at their end.
+export async function decode_arriving(instance, job, post, next) {
+  let front = new Uint8Array(0), end = 0, report;
+  while (front.length < front_bytes(front)) {
+    const chunk = await next();
+    if (chunk === null) return instance.guarded(() => decode_alone(instance, { ...job, bytes: front }, post));
+    front = joined(front, chunk);
+  }
+  const container = instance.guarded(() => new Container(instance, front, true)), { stream_count } = container;
+  try {
+    for (let chunk = front; chunk !== null; chunk = await next())
+      instance.guarded(() => {
+        if (container.arrive(chunk) === 0) return;
+        if (report === undefined) {
+          container.request(job.attributes);
+          container.begin(0, stream_count);
+          const post_report = reporter(container, 0, stream_count, job, post) ?? (() => {});
+          report = (at, must) => post_report((end = at), must);
+        }
+        const failure = container.decode(report);
+        if (failure !== undefined) throw failure.error;
+        report(end, true);
+      });
+    return instance.guarded(() => {
+      container.end_arrival();
+      return result_of(container, container.arrays().map((view) => view.slice()));
+    });
   } finally {
     container.free();
   }

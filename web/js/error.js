@@ -13,6 +13,10 @@ export class PsplitError extends Error {
   }
 }
 
+// Malformed JSON makes JavaScript throw in many places.
+export const as_psplit_error = (error) => (error instanceof PsplitError ? error
+  : new PsplitError(`the asset is malformed: ${error.message ?? error}`, 'invalid-input'));
+
 // Errors as data, which a worker posts.
 export const error_to_data = (error) =>
   ({ message: error.message, code: error.code ?? 'failed', patch: error.patch });

@@ -5,6 +5,8 @@
 export const wasm_file = () => new URL('./psplit.wasm', import.meta.url);
 /** A worker of a page. */
 export const page_worker = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+/** What runs jobs without a worker: pages load it when they need it. */
+export const job_runner = () => import('./job_runner.js');
 /** A worker of Node.js; NodeWorker is the class of node:worker_threads. */
 export const node_worker = (NodeWorker) => new NodeWorker(
   new URL(/* webpackIgnore: true */ /* @vite-ignore */ './worker.js', import.meta.url));

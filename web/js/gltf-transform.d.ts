@@ -1,6 +1,6 @@
 // The extension PSPLIT_mesh_draco_patches for glTF-Transform 4.
 import { Extension, type JSONDocument, type ReaderContext, type WriterContext } from '@gltf-transform/core';
-import type { AttributeRequest, Bytes, DecodedContainer, Pool, PoolOptions } from './index.js';
+import type { AttributeRequest, Bytes, Configuration, DecodedContainer, Pool } from './index.js';
 
 /** Decodes at once, on the calling thread. */
 export interface SynchronousDecoder {
@@ -8,7 +8,7 @@ export interface SynchronousDecoder {
 }
 
 /** Compiles the module. What it resolves to is the dependency `psplit.decoder`. */
-export function createDecoder(options?: Pick<PoolOptions, 'wasm'>): Promise<SynchronousDecoder>;
+export function createDecoder(options?: Pick<Configuration, 'wasm'>): Promise<SynchronousDecoder>;
 
 /**
  * Decodes all containers of a document in the workers of a pool, between `io.readAsJSON()` and `io.readJSON()`, which then

@@ -8,8 +8,8 @@ import { make_job } from './job.js';
 import { compile_module } from './module.js';
 
 /** A decoder that works on the calling thread and returns at once, because glTF-Transform reads and writes that way. */
-export async function createDecoder({ wasm } = {}) {
-  const decoder = new Decoder(await compile_module(wasm));
+export async function createDecoder(options) {
+  const decoder = new Decoder(await compile_module(options?.wasm));
   return { decodeContainer: (data, options) => decoder.run(make_job('container', data, options)) };
 }
 
@@ -31,7 +31,8 @@ const placed = (error, mesh, primitive) => error instanceof PsplitError ? error_
 const decoded_ahead = new WeakMap();
 
 /** Decodes all containers of a JSONDocument in a pool's workers, so that io.readJSON() finds them decoded. */
-export async function decodeAhead({ json, resources }, pool, { signal } = {}) {
+export async function decodeAhead({ json, resources }, pool, options) {
+  const signal = options?.signal;
   const jobs = new Map();  // by buffer view and attributes, because primitives may share a container
   for_each_stored_primitive(json, (primitive, { bufferView, attributes }, m, p) => {
     const key = JSON.stringify([bufferView, attributes]), { buffer, byteOffset = 0, byteLength } = json.bufferViews[bufferView];

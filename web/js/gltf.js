@@ -7,9 +7,25 @@ export const kExtensionName = 'PSPLIT_mesh_draco_patches';
 // By glTF's numbers and names.
 export const kComponentTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
 export const kComponentCounts = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
-const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
+export const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
 
 const invalid = (message) => new PsplitError(message, 'invalid-input');
+
+/**
+ * The bytes of an accessor without gaps, from those of its buffer view. Throws if it is not in them.
+ * @returns {Uint8Array}
+ */
+export function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {
+  const component_bytes = componentType >= 5125 ? 4 : componentType >= 5122 ? 2 : 1;
+  const item_bytes = kComponentCounts[type] * component_bytes, stride = byteStride ?? item_bytes;
+  if (!(byteOffset >= 0 && stride >= item_bytes && count >= 0 && (count === 0 || byteOffset + (count - 1) * stride + item_bytes <= data.length)))
+    throw invalid('an accessor is not in its buffer view');
+  const bytes = new Uint8Array(count * item_bytes);
+  if (stride === item_bytes) bytes.set(data.subarray(byteOffset, byteOffset + bytes.length));
+  else for (let i = 0, from = byteOffset; i < count; ++i, from += stride)
+    bytes.set(data.subarray(from, from + item_bytes), i * item_bytes);
+  return bytes;
+}
 
 function accessor_of(json, holder, name) {
   const accessor = json.accessors?.[holder?.[name]];

@@ -2,8 +2,12 @@
 
 export type ComponentType = 'int8' | 'uint8' | 'int16' | 'uint16' | 'int32' | 'uint32' | 'int64' | 'uint64' | 'float32' |
   'float64' | 'bool';
-export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array |
-  BigUint64Array | Float32Array | Float64Array;
+/**
+ * The array of a type. Only Draco streams have attributes of the types int64 and uint64, and hardly any has: their arrays are a
+ * BigInt64Array or a BigUint64Array, to which the caller has to cast.
+ */
+export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | Float32Array |
+  Float64Array;
 
 /** An attribute of a Draco stream that is wanted, by its unique id or its semantic. */
 export interface DracoAttributeRequest {
@@ -53,6 +57,11 @@ export interface ContainerCounts {
   hasResidue: boolean;
   /** Whether patches share tables; otherwise each is a Draco stream. */
   isCondensed: boolean;
+  /**
+   * The boxes of the patches, if the container has them (`gltf-psplit encode --boxes`): for each patch, and the residue, the least
+   * x, y and z of its positions, and the greatest. If a least is above its greatest, there are no positions.
+   */
+  boxes?: Float64Array;
 }
 
 export interface DecodedContainer extends DecodedMesh, ContainerCounts {
@@ -93,7 +102,26 @@ export class PsplitError extends Error {
   code: 'invalid-input' | 'unsupported' | 'out-of-memory' | 'aborted' | 'failed';
   /** The number of the patch in its container; undefined if the error is not one patch's. */
   patch?: number;
+  /** The numbers of the primitive in its glTF file, if the error is one primitive's. */
+  mesh?: number;
+  primitive?: number;
 }
+
+export interface Configuration {
+  /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
+  wasm?: WebAssembly.Module | BufferSource | string | URL;
+  /**
+   * The address of `worker.js`, or a function that makes a worker of it: a `Worker` that is a module, in Node.js one of
+   * node:worker_threads. By default `worker.js` beside the package's code.
+   */
+  worker?: string | URL | (() => unknown);
+}
+
+/**
+ * Says what the package loads: for the functions of the calling thread, and for pools that are made later. Needed where files
+ * beside the code cannot be fetched, as in edge runtimes. An option that is left out has its default again.
+ */
+export function configure(options: Configuration): void;
 
 /** Loads and compiles the WebAssembly module, which the first call of a decoder does otherwise. */
 export function ready(): Promise<void>;
@@ -111,11 +139,9 @@ export function decodeDraco(data: Bytes, options?: { attributes?: DracoAttribute
  */
 export function decodeContainer(data: Bytes, options?: { attributes?: AttributeRequest[] }): Promise<DecodedContainer>;
 
-export interface PoolOptions {
+export interface PoolOptions extends Configuration {
   /** The most workers at a time. By default as many as the machine has processors, but no more than 4. */
   workers?: number;
-  /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
-  wasm?: WebAssembly.Module | BufferSource | string | URL;
   /** How long a worker without work goes on, in milliseconds. By default 10,000. */
   idleMs?: number;
   /**
@@ -124,6 +150,12 @@ export interface PoolOptions {
    * isolated have no shared memory, and need none.
    */
   shared?: boolean;
+  /**
+   * Whether the calling thread decodes if no worker can be started: because a policy forbids it, or the page is from another
+   * origin than the package, or there are no workers. A warning on the console then says why. By default true. Without it,
+   * jobs reject with the code `failed`.
+   */
+  mainThread?: boolean;
 }
 
 export interface JobOptions {
@@ -144,17 +176,59 @@ export interface ContainerOptions extends JobOptions {
   workers?: number;
 }
 
+export interface StreamOptions extends Omit<ContainerOptions, 'transfer'> {
+  /** Called with patches when they have arrived and are decoded, as by decodePatches. */
+  onPart?: (part: DecodedPart, mesh: ContainerCounts) => void;
+}
+
+/** A primitive of a glTF file, by the numbers of its mesh and its place there. */
+export interface PrimitivePlace {
+  mesh: number;
+  primitive: number;
+}
+
+export interface UrlOptions extends Omit<StreamOptions, 'onPart'> {
+  /** Of containers of which some patches have arrived. */
+  onProgress?: (done: number, total: number) => void;
+  /** `place`: the first primitive that has the container. Without numbers, if the file is a container alone. */
+  onPart?: (part: DecodedPart, mesh: ContainerCounts, place: Partial<PrimitivePlace>) => void;
+}
+
+/**
+ * What decodeUrl makes of a file. Its primitives are as decodeContainer returns them. (decodeGltf of psplit/gltf also has those
+ * that are not in patches, with attributes by name, when the whole file is there.)
+ */
+export interface DecodedFile {
+  /** Of a glTF file; null of a container alone. */
+  json: any;
+  /** In the order of meshes and primitives, or without numbers the container alone. Equal primitives share their arrays. */
+  primitives: (DecodedContainer & Partial<PrimitivePlace>)[];
+}
+
 /**
  * Decodes in workers. Jobs run side by side. A large container takes several workers if they are idle; the result is the
  * same. If a function that the caller gives throws, the job's promise rejects with what it threw.
  */
 export interface Pool {
+  /** Workers that run now; 0 while the calling thread decodes in their place. */
   readonly workerCount: number;
   ready(): Promise<void>;
   decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] } & JobOptions): Promise<DecodedMesh>;
   decodeContainer(data: Bytes, options?: ContainerOptions): Promise<DecodedContainer>;
   /** The same. Calls onPart with the patches as they are decoded, all before the promise resolves. `mesh`: of the whole. */
   decodePatches(data: Bytes, options: ContainerOptions & { onPart: (part: DecodedPart, mesh: ContainerCounts) => void }): Promise<DecodedContainer>;
+  /**
+   * The same for a container whose bytes arrive in order, in chunks of any length: patches are decoded when their bytes are
+   * there. An error and an abort cancel the stream. One worker decodes, unless all bytes come before it has time.
+   */
+  decodeStream(stream: ReadableStream<Uint8Array> | AsyncIterable<Uint8Array>, options?: StreamOptions): Promise<DecodedContainer>;
+  /**
+   * Fetches a file, and decodes all its primitives in patches while it arrives: a GLB, a glTF file with its buffers, or a
+   * container alone, for which `attributes` may be given. A glTF file's other primitives are left out. A Response that is
+   * fetched already may be given. An abort ends the download as well. Errors have the numbers of the mesh and the primitive in
+   * `mesh` and `primitive`.
+   */
+  decodeUrl(url: string | URL | Request | Response, options?: UrlOptions): Promise<DecodedFile>;
   /** Ends all workers. Jobs that are not done reject with the code `aborted`. */
   dispose(): void;
 }

@@ -4,12 +4,14 @@ import { make_job } from './job.js';
 import { shared_module } from './module.js';
 
 export { PsplitError } from './error.js';
+export { configure } from './module.js';
 export { createPool } from './pool.js';
 
 let decoder;
 
 async function run(job) {
-  decoder ??= new Decoder(await shared_module());
+  const module = await shared_module();
+  if (decoder?.module !== module) decoder = new Decoder(module);
   return decoder.run(job);
 }
 

@@ -1,5 +1,5 @@
 // One instance of the WebAssembly module: calls its exports, and copies bytes in and arrays out. Synchronous.
-import { decode_alone, decode_as_helper, decode_as_lead } from './container_job.js';
+import { decode_alone, decode_arriving, decode_as_helper, decode_as_lead } from './container_job.js';
 import { PsplitError } from './error.js';
 import { kArrays, kSemantics, kTypes } from './types.js';
 
@@ -84,20 +84,23 @@ export class Instance {
     } catch (error) {
       if (error instanceof PsplitError) throw error;
       this.#broken = true;
-      throw new PsplitError(`the decoder has not enough memory (${error.message})`, 'out-of-memory');
+      const is_memory = error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
+      throw is_memory ? new PsplitError(`the decoder has not enough memory (${error.message})`, 'out-of-memory')
+        : new PsplitError(`the decoder failed: ${error.message}`, 'failed');
     }
   }
 
   // The handle of what an export makes of the bytes.
-  open(name, bytes) {
-    const handle = this.#exports[name](this.copy_in(bytes), bytes.length);
+  open(name, bytes, ...options) {
+    const handle = this.#exports[name](this.copy_in(bytes), bytes.length, ...options);
     if (handle === 0) throw this.last_error();
     return handle;
   }
   // The address of memory with the bytes of a typed array.
   copy_in({ buffer, byteOffset, byteLength }) {
     const at = this.#allocate(byteLength);
-    this.view(Uint8Array, at, byteLength).set(new Uint8Array(buffer, byteOffset, byteLength));
+    // A buffer that was transferred since the call has no bytes.
+    if (byteLength > 0) this.view(Uint8Array, at, byteLength).set(new Uint8Array(buffer, byteOffset, byteLength));
     return at;
   }
   // A view of memory, which is valid until the next call.
@@ -141,6 +144,9 @@ export class Decoder {
   constructor(module) {
     this.#module = module;
   }
+  get module() {
+    return this.#module;
+  }
 
   // Runs a job: { kind: 'draco' | 'container', bytes, attributes }, and for containers what container_job.js says.
   run(job, post) {
@@ -152,11 +158,12 @@ export class Decoder {
       this.#give_back();
     }
   }
-  // Takes part in a job of several workers. Resolves to the result if this one is the lead.
-  async run_part(job, post) {
-    const instance = this.#take();
+  // Takes part in a job of several workers, or decodes a container that arrives: next() resolves to its next chunk, or
+  // null. Resolves to the result, unless this one is a helper.
+  async run_part(job, post, next) {
+    const instance = this.#take(), decode = job.arrives ? decode_arriving : job.part === 0 ? decode_as_lead : decode_as_helper;
     try {
-      return await (job.part === 0 ? decode_as_lead : decode_as_helper)(instance, job, post);
+      return await decode(instance, job, post, next);
     } finally {
       this.#give_back();
     }

@@ -2,28 +2,40 @@
 import { PsplitError } from './error.js';
 import { kTypes } from './types.js';
 
-function bytes_of(data) {
-  if (data instanceof Uint8Array) return data;
-  if (ArrayBuffer.isView(data)) return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
+const invalid = (message) => new PsplitError(message, 'invalid-input');
+
+export function bytes_of(data) {
   const is_shared = typeof SharedArrayBuffer !== 'undefined' && data instanceof SharedArrayBuffer;
-  if (data instanceof ArrayBuffer || is_shared) return new Uint8Array(data);
-  throw new PsplitError('the data is not an ArrayBuffer or a view of one', 'invalid-input');
+  if (!ArrayBuffer.isView(data) && !(data instanceof ArrayBuffer) && !is_shared)
+    throw invalid('the data is not an ArrayBuffer or a view of one');
+  try {
+    return data instanceof Uint8Array && data.length > 0 ? data : new Uint8Array(data.buffer ?? data, data.byteOffset, data.byteLength);
+  } catch {
+    throw invalid("the data's buffer was transferred elsewhere");
+  }
+}
+
+export function check_signal(signal) {
+  if (signal != null && typeof signal.addEventListener !== 'function') throw invalid('the option `signal` is not an AbortSignal');
 }
 
 function check_attributes(kind, attributes) {
-  if (attributes === undefined) return undefined;
-  if (!Array.isArray(attributes)) throw new PsplitError('the option `attributes` is not an array', 'invalid-input');
-  return attributes.map(({ name, uniqueId, semantic, type, componentCount, normalized }) => {
-    const request = { uniqueId, name: String(name ?? semantic ?? `attribute ${uniqueId}`) };
+  if (attributes == null) return undefined;
+  if (!Array.isArray(attributes)) throw invalid('the option `attributes` is not an array');
+  return attributes.map((attribute) => {
+    if (attribute === null || typeof attribute !== 'object') throw invalid('an element of the option `attributes` is not an object');
+    const { name, uniqueId, semantic, type, componentCount, normalized } = attribute, text = name ?? semantic ?? `attribute ${uniqueId}`;
+    if (typeof text !== 'string') throw invalid('the name of an attribute is not a string');
+    const request = { uniqueId, name: text };
     const is_count = (value, most) => Number.isInteger(value) && value >= 0 && value <= most;
     if (kind === 'draco' && uniqueId === undefined && typeof semantic === 'string') request.semantic = semantic;
-    else if (!is_count(uniqueId, 0xffffffff)) throw new PsplitError(`${request.name}: no unique id`, 'invalid-input');
+    else if (!is_count(uniqueId, 0xffffffff)) throw invalid(`${request.name}: no unique id`);
     if (type !== undefined || kind === 'container') {
-      if (kTypes.indexOf(type) < 1) throw new PsplitError(`${request.name}: unknown type ${type}`, 'invalid-input');
+      if (kTypes.indexOf(type) < 1) throw invalid(`${request.name}: unknown type ${String(type)}`);
       request.type = type;
     }
     if (kind === 'container') {
-      if (!is_count(componentCount, 16)) throw new PsplitError(`${request.name}: no component count`, 'invalid-input');
+      if (!is_count(componentCount, 16)) throw invalid(`${request.name}: no component count`);
       request.componentCount = componentCount;
       request.normalized = normalized === true;
     }
@@ -31,5 +43,6 @@ function check_attributes(kind, attributes) {
   });
 }
 
-export const make_job = (kind, data, { attributes } = {}) =>
-  ({ kind, bytes: bytes_of(data), attributes: check_attributes(kind, attributes) });
+// `options` may be null or undefined.
+export const make_job = (kind, data, options) =>
+  ({ kind, bytes: bytes_of(data), attributes: check_attributes(kind, options?.attributes) });

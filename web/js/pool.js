@@ -1,20 +1,26 @@
 // A pool of workers. Jobs wait in order; each goes to the next idle worker, or to several if it is large. Workers start
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
+import { ArrivingAsset } from './arriving_asset.js';
+import { ArrivingBytes, signal_of } from './arriving.js';
 import { error_from_data, PsplitError } from './error.js';
-import { node_worker, page_worker } from './files.js';
-import { make_job } from './job.js';
-import { compile_module, shared_module } from './module.js';
+import { job_runner, node_worker, page_worker } from './files.js';
+import { check_signal, make_job } from './job.js';
+import { compile_module, configured, shared_module } from './module.js';
 import { is_node, node_module } from './node.js';
 import { Task } from './task.js';
 
 const kDefaultWorkers = 4;
+// A container of which this is all has so few patches that it is decoded when it is whole.
+const kLeastBytes = 16384;
 
-// Starts a worker, which calls receive(message) or fail(error).
-async function start_worker(receive, fail) {
+// Starts a worker, which calls receive(message) or fail(error). `given`: the address of worker.js, or a function that makes
+// the worker, or undefined for worker.js beside this file.
+async function start_worker(given, receive, fail) {
+  const given_worker = (Type, options) => (typeof given === 'function' ? given() : new Type(new URL(given, globalThis.location?.href), options));
   if (is_node) {
     const { Worker } = await node_module('node:worker_threads');
-    const worker = node_worker(Worker);
+    const worker = given == null ? node_worker(Worker) : given_worker(Worker);
     worker.on('message', receive);
     worker.on('error', fail);
     worker.on('messageerror', fail);
@@ -24,15 +30,41 @@ async function start_worker(receive, fail) {
     return { post: (message, transfer) => worker.postMessage(message, transfer), end: () => worker.terminate(),
       hold: () => worker.ref(), let_go: () => worker.unref() };
   }
-  const worker = page_worker();
+  const make = () => (given == null ? page_worker() : given_worker(globalThis.Worker, { type: 'module' }));
+  const worker = make();
   worker.onmessage = ({ data }) => receive(data);
   worker.onerror = (event) => {
     event.preventDefault?.();
-    fail(new Error(event.message ?? 'the worker cannot be loaded'));
+    fail(new Error(event.message ?? `${address_of(make)} cannot be loaded`));
   };
   worker.onmessageerror = () => fail(new Error('a message cannot be read'));
   return { post: (message, transfer) => worker.postMessage(message, transfer), end: () => worker.terminate(),
     hold() {}, let_go() {} };
+}
+
+// The address of a page's worker. Bundlers change it where it stands, so only the class Worker is told.
+function address_of(make) {
+  const { Worker } = globalThis;
+  let address = 'the worker';
+  try {
+    globalThis.Worker = function (url) { address = url; };
+    try {
+      make();
+    } finally {
+      globalThis.Worker = Worker;
+    }
+  } catch {
+    // The page does not let the class be replaced.
+  }
+  return address;
+}
+
+// In place of a worker: this thread runs the jobs. Other tasks of the page come between them.
+async function start_here(receive) {
+  const { make_runner } = await job_runner();
+  let is_ended = false;
+  const run = make_runner((message) => is_ended || receive(message));
+  return { post: (message) => setTimeout(() => is_ended || run(message)), end: () => (is_ended = true), hold() {}, let_go() {} };
 }
 
 class Pool {
@@ -41,13 +73,17 @@ class Pool {
   #is_shared;
   #idle_ms;
   #wasm;
+  #worker;
+  #may_run_here;
   #module;
   #waiting = [];
-  #members = new Set();  // { worker, is_up, task, timer }; `worker` is null while it starts
+  // { worker, is_up, is_here, task, timer }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  #members = new Set();
   #next_id = 0;
   #is_disposed = false;
 
-  constructor({ workers, shared, wasm, idleMs = 10000 } = {}) {
+  constructor(options) {
+    const { workers, shared, wasm, worker, mainThread = true, idleMs = 10000 } = options ?? {};
     const cores = globalThis.navigator?.hardwareConcurrency ?? kDefaultWorkers;
     this.#most = this.#limit = workers ?? Math.max(1, Math.min(kDefaultWorkers, cores));
     if (!Number.isInteger(this.#most) || this.#most < 1)
@@ -56,24 +92,61 @@ class Pool {
     this.#is_shared = can_share && (shared ?? !is_node);
     this.#idle_ms = idleMs;
     this.#wasm = wasm;
+    this.#worker = worker ?? configured.worker;
+    this.#may_run_here = mainThread;
   }
 
   get workerCount() {
-    return this.#members.size;
+    return [...this.#members].filter(({ is_here }) => !is_here).length;
   }
 
   async ready() {
     await this.#load();
   }
-  async decodeDraco(data, options = {}) {
-    return this.#add(make_job('draco', data, options), options);
+  async decodeDraco(data, options) {
+    return this.#add(make_job('draco', data, options), options ?? {});
   }
-  async decodeContainer(data, options = {}) {
+  async decodeContainer(data, options) {
+    return this.#add(make_job('container', data, options), options ?? {});
+  }
+  async decodePatches(data, options) {
+    if (typeof options?.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
     return this.#add(make_job('container', data, options), options);
   }
-  async decodePatches(data, options = {}) {
-    if (typeof options.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
-    return this.#add(make_job('container', data, options), options);
+
+  async decodeStream(stream, options) {
+    const given = options ?? {}, job = make_job('container', new Uint8Array(), given), { signal, end } = signal_of(given.signal);
+    try {
+      const source = new ArrivingBytes(stream, signal);
+      await source.until(kLeastBytes);
+      return await this.#add({ ...job, source }, given);
+    } finally {
+      end();  // after an error, the stream
+    }
+  }
+
+  async decodeUrl(url, options) {
+    const { signal: outer, onProgress, onPart, ...rest } = options ?? {}, { signal, end } = signal_of(outer);
+    try {
+      const asset = await ArrivingAsset.open(url, signal), counts = [];
+      const progress = (i, done, total) => {
+        counts[i] = { done, total };
+        const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
+        onProgress(sum('done'), sum('total'));
+      };
+      const primitives = await Promise.all(asset.containers().map(async (container, i) => {
+        const { view, attributes, uses } = container;
+        const mesh = await this.decodeStream(asset.chunks(view), { ...rest, ...(attributes && { attributes }),
+          signal,
+          onProgress: onProgress && ((done, total) => progress(i, done, total)),
+          onPart: onPart && ((part, of) => onPart(part, of, uses[0])) }).catch((error) => { throw asset.placed(error, uses[0]); });
+        asset.check(container, mesh);
+        return uses.map((use) => ({ ...use, ...mesh }));
+      }));
+      return { json: asset.json, primitives: primitives.flat() };
+    } finally {
+      end();  // what is not needed, and after an error the other containers
+    }
   }
 
   // Ends all workers. Jobs that are not done reject.
@@ -88,7 +161,7 @@ class Pool {
   }
 
   #load() {
-    this.#module ??= (this.#wasm === undefined ? shared_module() : compile_module(this.#wasm)).catch((error) => {
+    this.#module ??= (this.#wasm == null ? shared_module() : compile_module(this.#wasm)).catch((error) => {
       this.#module = undefined;
       throw error;
     });
@@ -99,6 +172,7 @@ class Pool {
     return new Promise((resolve, reject) => {
       if (this.#is_disposed) return reject(new PsplitError('the pool is disposed', 'aborted'));
       const { signal } = options;
+      check_signal(signal);
       if (signal?.aborted) return reject(new PsplitError('aborted', 'aborted'));
       const task = new Task(this.#next_id++, job, options);
       const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
@@ -140,13 +214,14 @@ class Pool {
     }
   }
 
-  async #start() {
-    const member = { worker: null, is_up: false, task: null, timer: undefined };
+  async #start(is_here = false) {
+    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined };
     this.#members.add(member);
     try {
       const module = this.#load();  // at the same time as the worker
       module.catch(() => {});
-      const worker = await start_worker((message) => this.#receive(member, message), (error) => this.#fail(member, error));
+      const receive = (message) => this.#receive(member, message), fail = (error) => this.#fail(member, error);
+      const worker = await (is_here ? start_here(receive) : start_worker(this.#worker, receive, fail));
       if (!this.#members.has(member)) return worker.end();
       member.worker = worker;
       worker.hold();
@@ -166,8 +241,23 @@ class Pool {
     try {
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
+      if (task.source !== undefined) this.#feed(task, members[0]);
     } catch (error) {
-      this.#cancel(task, new PsplitError(error.message, 'failed'));
+      this.#cancel(task, error instanceof PsplitError ? error : new PsplitError(error.message, 'failed'));
+    }
+  }
+
+  // Posts the bytes of a task as they arrive.
+  async #feed(task, member) {
+    try {
+      for await (const chunk of task.source.chunks(0)) {
+        if (member.task !== task) return;
+        const copy = chunk.slice();
+        member.worker.post({ id: task.id, chunk: copy }, [copy.buffer]);
+      }
+      if (member.task === task) member.worker.post({ id: task.id, chunk: null });
+    } catch (error) {
+      if (member.task === task) this.#cancel(task, error);
     }
   }
 
@@ -205,14 +295,20 @@ class Pool {
     }
   }
 
-  // A worker failed, or cannot be started. If no worker is left, the tasks that wait have the same error.
+  // A worker failed, or cannot be started. If no worker is left, this thread runs the tasks that wait, or they have the same
+  // error.
   #fail(member, error) {
     if (!this.#members.has(member)) return;
     const failure = error instanceof PsplitError ? error : new PsplitError(`worker: ${error?.message ?? error}`, 'failed');
-    const { is_up, task } = member;
+    const { is_up, is_here, task } = member;
     this.#drop(member);
     if (task !== null) return this.#cancel(task, failure);
     if (!is_up && this.#members.size > 0) this.#limit = this.#members.size;
+    if (!is_up && this.#members.size === 0 && this.#may_run_here && failure !== error && !is_here && this.#waiting.length > 0) {
+      console.warn(`psplit: no worker can be started, so this thread decodes (${failure.message})`);
+      this.#limit = 1;
+      return void this.#start(true);
+    }
     if (!is_up && this.#members.size === 0) for (const waiting of this.#waiting.splice(0)) waiting.reject(failure);
     this.#advance();
   }

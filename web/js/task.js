@@ -1,6 +1,6 @@
 // A job of a pool: what its workers are told, and what its caller is told.
-import { part_of } from './container_job.js';
 import { PsplitError } from './error.js';
+import { part_of } from './part.js';
 
 // A container has a worker for this many of its bytes. Two workers are faster than one from about 150,000 bytes on, which
 // are 40,000 faces with normals and texture coordinates, or 80,000 with positions alone: measured with
@@ -14,7 +14,9 @@ const stream_count_of = (bytes) =>
 export class Task {
   members = [];  // the pool's workers that have it
   #job;
-  #may_take;
+  #byte_count;  // at first
+  #workers;
+  #transfer;
   #on_progress;
   #on_part;
   #done = new Map();
@@ -24,29 +26,51 @@ export class Task {
   constructor(id, job, { transfer = false, onProgress, onPart, workers }) {
     if (workers !== undefined && !(Number.isInteger(workers) && workers > 0))
       throw new PsplitError('the option `workers` is not a positive integer', 'invalid-input');
-    const { bytes, kind } = job;
+    for (const [name, given] of Object.entries({ onProgress, onPart }))
+      if (typeof (given ?? Object) !== 'function') throw new PsplitError(`the option \`${name}\` is not a function`, 'invalid-input');
     this.id = id;
     this.#job = job;
-    this.#on_progress = onProgress;
-    this.#on_part = onPart;
-    this.#may_take = transfer && bytes.length === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
-    // The number of workers to have.
-    const useful = Math.max(1, Math.floor(bytes.length / kBytesOfWorker));
-    this.most = kind === 'draco' ? 1 : Math.min(workers ?? useful, stream_count_of(bytes));
+    this.#byte_count = job.bytes.length;
+    this.#on_progress = onProgress ?? undefined;
+    this.#on_part = onPart ?? undefined;
+    this.#workers = workers;
+    this.#transfer = transfer;
+  }
+
+  // The bytes if they arrive: ArrivingBytes.
+  get source() {
+    return this.#job.source;
+  }
+  // The number of workers to have.
+  get most() {
+    if (this.source?.is_complete) this.#take_bytes(this.source);
+    const { bytes, kind, source } = this.#job;
+    if (kind === 'draco' || source !== undefined) return 1;
+    return Math.min(this.#workers ?? Math.max(1, Math.floor(bytes.length / kBytesOfWorker)), stream_count_of(bytes));
+  }
+  // All bytes have arrived before a worker had time for them.
+  #take_bytes(source) {
+    this.#job = { ...this.#job, bytes: source.copy(0), source: undefined };
+    this.#byte_count = this.#job.bytes.length;
+    this.#transfer = true;
   }
 
   // For each worker its message, and what is transferred with it. Each has a copy of the bytes, or all have a shared
-  // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before.
+  // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before. Bytes
+  // that arrive are not in the message.
   messages(part_count, can_share) {
-    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes } = this.#job;
+    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes, source, ...rest } = this.#job;
+    if (bytes.length !== this.#byte_count) throw new PsplitError("the data's buffer was transferred elsewhere", 'invalid-input');
     const parts = this.#on_part !== undefined, reports = parts || this.#on_progress !== undefined;
+    if (source !== undefined) return [[{ id: this.id, job: { ...rest, reports, parts, arrives: true } }, []]];
+    const may_take = this.#transfer && bytes.length === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
     const shared = is_shared ? new Uint8Array(new SharedArrayBuffer(bytes.length)) : null;
     shared?.set(bytes);
     const channels = Array.from({ length: part_count - 1 }, () => new MessageChannel());
     return Array.from({ length: part_count }, (_, part) => {
       const ports = part === 0 ? channels.map(({ port1 }) => port1) : [channels[part - 1].port2];
-      const own = shared ?? (part === 0 && this.#may_take ? bytes : new Uint8Array(bytes));
-      const job = { ...this.#job, bytes: own, reports, parts, ...(!is_alone && { part, part_count, ports, is_shared }) };
+      const own = shared ?? (part === 0 && may_take ? bytes : new Uint8Array(bytes));
+      const job = { ...rest, bytes: own, reports, parts, ...(!is_alone && { part, part_count, ports, is_shared }) };
       return [{ id: this.id, job }, is_shared ? ports : [own.buffer, ...ports]];
     });
   }

@@ -1,12 +1,30 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
-import type { GLTF, GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
+import type { GLTF, GLTFLoader, GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
 import type { DecodedPart, Pool } from './index.js';
+
+declare module 'three/addons/loaders/GLTFLoader.js' {
+  interface GLTF {
+    /** Of loads with a PsplitPlugin; others do not have it. */
+    psplit: PsplitPlugin;
+  }
+}
+
+/** What the plugin needs of a GLTFParser: that of three, or of three-stdlib. */
+export interface PsplitParser {
+  json: any;
+  options: { path: string; manager: LoadingManager };
+  associations: Map<any, { meshes?: number; primitives?: number }>;
+  getDependency(type: string, index: number): Promise<any>;
+}
 
 export interface PsplitPluginOptions {
   /** Decodes. By default one pool that all plugins of the page share. */
   pool?: Pool;
-  /** Ends decoding. The load rejects with the code `aborted`. `LoadingManager.abort()` does the same. */
+  /**
+   * Ends decoding, and with loadStreaming also the download. The load rejects with the code `aborted`. `LoadingManager.abort()`
+   * does the same.
+   */
   signal?: AbortSignal;
   /**
    * Is called while patches are decoded: how many are done, of how many in all containers that decoding has begun with. The
@@ -48,7 +66,7 @@ export interface PatchFacts {
  * the decoder's error in `cause`. The result of the load has the plugin in `psplit`.
  */
 export class PsplitPlugin implements GLTFLoaderPlugin {
-  constructor(parser: GLTFParser, options?: PsplitPluginOptions);
+  constructor(parser: PsplitParser, options?: PsplitPluginOptions);
   readonly name: 'PSPLIT_mesh_draco_patches';
   /** Resolves when all meshes are whole. Rejects if one cannot be; none of its triangles are shown then. */
   readonly whole: Promise<void>;
@@ -56,15 +74,27 @@ export class PsplitPlugin implements GLTFLoaderPlugin {
   patchesOf(mesh: Object3D): PatchFacts | null;
   beforeRoot(): Promise<void>;
   loadBufferView(index: number): Promise<ArrayBuffer> | null;
-  afterRoot(gltf: GLTF): null;
+  afterRoot(gltf: object): null;
 }
+
+/**
+ * Loads a GLB or glTF file while its bytes arrive, with all that the loader is set to: meshes gain triangles patch by patch
+ * from the first bytes on. Resolves when each mesh has its first patches, and textures are there.
+ *
+ *     const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/model.glb', { onProgress: draw });
+ *     await psplit.whole;
+ *
+ * The loader needs no plugin for it. `patchByPatch` is true if the options do not say otherwise. `signal` ends the download
+ * as well. (GLTFLoader's own `load` reads a GLB to its end before a plugin sees it.)
+ */
+export function loadStreaming(loader: GLTFLoader, url: string, options?: PsplitPluginOptions): Promise<GLTF>;
 
 export interface PsplitDracoLoaderOptions {
   manager?: LoadingManager;
   /** Decodes. By default a pool of the loader's own, which `dispose` ends. */
   pool?: Pool;
   /** For example a DRACOLoader. It decodes what psplit does not support: point clouds, bitstreams older than 2.2. */
-  fallback?: { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
+  fallback?: Loader<BufferGeometry> | { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
 }
 
 /**
@@ -80,11 +110,16 @@ export class PsplitDracoLoader extends Loader<BufferGeometry> {
   defaultAttributeTypes: Record<string, string>;
   /** Does nothing: the decoder is found beside the package's code. */
   setDecoderPath(path: string | object): this;
-  /** Does nothing. */
+  /**
+   * Does nothing.
+   * @deprecated as in three's DRACOLoader
+   */
   setDecoderConfig(config: object): this;
   /** The most workers of the loader's own pool. Call it before decoding. */
   setWorkerLimit(limit: number): this;
   preload(): this;
+  load(url: string, onLoad?: (geometry: BufferGeometry) => void, onProgress?: (event: ProgressEvent) => void,
+    onError?: (error: any) => void): void;
   /** Decodes a .drc file. Its colours are taken as sRGB, as DRACOLoader does. */
   parse(buffer: ArrayBuffer, onLoad: (geometry: BufferGeometry) => void, onError?: (error: unknown) => void): void;
   decodeDracoFile(buffer: ArrayBuffer, callback: (geometry: BufferGeometry) => void, attributeIDs?: Record<string, number> | null,

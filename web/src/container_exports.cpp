@@ -15,22 +15,30 @@ const uint32_t* list_words(const std::vector<uint32_t>& list) {
 
 }  // namespace
 
-// Containers. The bytes are in memory of allocate, which the call takes over.
-PSPLIT_WEB_EXPORT(open_container) DecodedContainer* open_container_bytes(uint8_t* bytes, size_t size) {
-  return handle_of(DecodedContainer::open(owned(bytes), size));
+// Containers. The bytes are in memory of allocate, which the call takes over: the whole container, or its
+// front.
+PSPLIT_WEB_EXPORT(open_container)
+DecodedContainer* open_container_bytes(uint8_t* bytes, size_t size, uint32_t is_whole) {
+  return handle_of(DecodedContainer::open(owned(bytes), size, is_whole != 0));
+}
+// Returns the number of streams that have arrived; failed_stage tells of a failure.
+PSPLIT_WEB_EXPORT(arrive) uint32_t arrive(DecodedContainer* container, size_t arrived) {
+  return container->arrive(arrived);
 }
 PSPLIT_WEB_EXPORT(free_container) void free_container(DecodedContainer* container) { delete container; }
 
-// streams, residue, whether streams are condensed, and the addresses of the streams' first faces and first
-// points: a number for each stream, and the mesh's count
+// streams, residue, whether streams are condensed, the addresses of the streams' first faces and first points
+// (a number for each stream, and the mesh's count), and the address and the length of the container's bytes
 PSPLIT_WEB_EXPORT(container_counts) const uint32_t* container_counts(const DecodedContainer* handle) {
-  static uint32_t words[5];
+  static uint32_t words[7];
   const PatchContainer& container = handle->container();
   words[0] = static_cast<uint32_t>(container.entries.size());
   words[1] = container.has_residue;
   words[2] = container.condensed_count() > 0;
   words[3] = reinterpret_cast<uint32_t>(container.face_base.data());
   words[4] = reinterpret_cast<uint32_t>(container.owned_base.data());
+  words[5] = reinterpret_cast<uint32_t>(container.bytes.data());
+  words[6] = static_cast<uint32_t>(container.bytes.size());
   return words;
 }
 

@@ -29,13 +29,25 @@ void take_list(const uint32_t*& words, std::vector<T>& list) {
 }  // namespace
 
 Expected<std::unique_ptr<DecodedContainer>> DecodedContainer::open(std::unique_ptr<uint8_t[]> bytes,
-                                                                   size_t size) {
-  Expected<PatchContainer> container = open_container({bytes.get(), size});
-  if (!container) return container.status();
+                                                                   size_t size, bool is_whole) {
   std::unique_ptr<DecodedContainer> opened(new DecodedContainer());
+  PatchContainer& container = opened->container_;
+  if (Status status = open_front({bytes.get(), size}, is_whole, container); !status.ok()) return status;
+  const uint64_t total = container.total_bytes();
+  if (total > 0xffffffffu) return status_of(core::Fault::kWorkspace);
+  if (!is_whole) bytes.reset(new uint8_t[static_cast<size_t>(total)]);
+  container.place({bytes.get(), static_cast<size_t>(total)});
   opened->bytes_ = std::move(bytes);
-  opened->container_ = std::move(*container);
+  if (Status status = container.read_headers(is_whole ? total : 0); !status.ok()) return status;
+  if (Status status = check_claims(container); !status.ok()) return status;
   return opened;
+}
+
+uint32_t DecodedContainer::arrive(size_t arrived) {
+  const uint32_t before = arrived_count();
+  stream_failure_ = container_.read_headers(arrived);
+  if (stream_failure_.ok() && decoder_) stream_failure_ = decoder_->decode_borders({before, arrived_count()});
+  return arrived_count();
 }
 
 Status DecodedContainer::describe() {
@@ -68,12 +80,13 @@ Status DecodedContainer::begin(StreamRange range) {
   if (!buffers) return buffers.status();
   buffers_ = std::move(*buffers);
   decoder_.emplace(DecodeTask{&container_, requests_}, range_, buffers_, pool_, steps_);
-  return decoder_->decode_borders();
+  return decoder_->decode_borders({range_.first, std::min(range_.end, arrived_count())});
 }
 
 uint32_t DecodedContainer::decode_streams() {
-  if (!stream_failure_.ok() || next_ == range_.end) return 0;
-  const uint32_t first = next_, count = range_.end - first < kInStep ? 1 : kInStep;
+  const uint32_t first = next_, end = std::min(range_.end, arrived_count());
+  if (!stream_failure_.ok() || first == end) return 0;
+  const uint32_t count = end - first < kInStep ? 1 : kInStep;
   decoder_->decode_streams(first, count);
   next_ += count;
   for (uint32_t i = first; i < next_; ++i) {

@@ -23,10 +23,15 @@ class DecodedContainer {
   // stream.
   enum class Stage : uint32_t { kNone, kStreams, kReferences };
 
-  // Opens a container. Any bytes may be given. Errors are those of open_container.
-  static Expected<std::unique_ptr<DecodedContainer>> open(std::unique_ptr<uint8_t[]> bytes, size_t size);
+  // Opens a container, or one that arrives: if not `is_whole`, by its bytes to the end of the head, or more.
+  // Any bytes may be given. Errors are those of open_container.
+  static Expected<std::unique_ptr<DecodedContainer>> open(std::unique_ptr<uint8_t[]> bytes, size_t size,
+                                                          bool is_whole);
 
   const PatchContainer& container() const { return container_; }
+  // Of a container that arrives, whose memory the caller fills: the first `arrived` bytes are there. Returns
+  // the number of streams that have arrived. Not to be called after a failure, which is that of a stream.
+  uint32_t arrive(size_t arrived);
 
   // Decodes the first stream for its attributes.
   Status describe();
@@ -35,11 +40,12 @@ class DecodedContainer {
   // Requests an attribute. To be called before begin().
   void request(AttributeRequest request) { requests_.push_back(std::move(request)); }
 
-  // Takes the memory for a range, and decodes the values at its borders. The range has at least one stream, and
-  // ends where the container ends at the latest. Errors are those of the CPU's backend for all streams.
+  // Takes the memory for a range, and decodes the values at borders of its streams that have arrived. The range
+  // has at least one stream, and ends where the container ends at the latest. Errors are those of the CPU's
+  // backend for all streams.
   Status begin(StreamRange range);
-  // Decodes the next streams of the range, and resolves their references if it can. Returns how many; 0 at the
-  // end of the range, and after a stream that failed.
+  // Decodes the next streams of the range that have arrived, and resolves their references if it can. Returns
+  // how many; 0 if there are none, and after a stream that failed.
   uint32_t decode_streams();
   // The first failure. Its status has the stream as its place.
   Stage failed_stage() const;
@@ -64,6 +70,7 @@ class DecodedContainer {
   DecodedContainer() = default;
 
   bool refers_only_to_range(uint32_t stream) const;
+  uint32_t arrived_count() const { return static_cast<uint32_t>(container_.headers.size()); }
 
   std::unique_ptr<uint8_t[]> bytes_;
   PatchContainer container_;

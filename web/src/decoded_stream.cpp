@@ -73,16 +73,25 @@ bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, u
   return conversion.fits;
 }
 
+// The vertex of a point in the table of the attribute's group.
+uint32_t DecodedStream::vertex_of(const Attribute& attribute, uint32_t point) const {
+  if (patch_.corner_of_point.empty()) return point;
+  return patch_.groups[attribute.group].table.table.vertex[patch_.corner_of_point[point]];
+}
+
 bool DecodedStream::write_integers(const Attribute& attribute, int32_t* out) const {
   const uint32_t components = attribute.value_components(), stride = core::value_stride(components);
-  if (attribute.coding != core::Coding::kQuantized && attribute.coding != core::Coding::kNormal) return false;
-  const auto& vertex_at = patch_.groups[attribute.group].table.table.vertex;
+  if (attribute.coding == core::Coding::kRaw) return false;
   for (uint32_t point = 0; point < patch_.point_count; ++point) {
-    const uint32_t vertex = patch_.corner_of_point.empty() ? point : vertex_at[patch_.corner_of_point[point]];
-    const int32_t* const value = &attribute.values[size_t{vertex} * stride];
+    const int32_t* const value = &attribute.values[size_t{vertex_of(attribute, point)} * stride];
     for (uint32_t k = 0; k < components; ++k) *out++ = value[k];
   }
   return true;
+}
+
+void DecodedStream::write_value_numbers(const Attribute& attribute, uint32_t* out) const {
+  const auto& rank = patch_.groups[attribute.group].sequence.rank;
+  for (uint32_t point = 0; point < patch_.point_count; ++point) *out++ = rank[vertex_of(attribute, point)];
 }
 
 }  // namespace psplit::web

@@ -58,13 +58,18 @@ class DecodedStream {
   // converted as libdraco does it. Returns false if a value does not fit.
   bool write_attribute(const Attribute& attribute, core::DataType type, uint8_t* out) const;
 
-  // The integers from which the values are computed: places on the grid of a quantized attribute, or the two
-  // coordinates of a normal on its octahedron. Returns false for attributes that have none.
+  // The integers from which the values are computed: places on the grid of a quantized attribute, the two
+  // coordinates of a normal on its octahedron, or the values themselves. Returns false for attributes that have
+  // none.
   bool write_integers(const Attribute& attribute, int32_t* out) const;
+
+  // For each point the number of the attribute's stored value that it has, in the order of the stream.
+  void write_value_numbers(const Attribute& attribute, uint32_t* out) const;
 
  private:
   DecodedStream() = default;
   void close_up_faces();
+  uint32_t vertex_of(const Attribute& attribute, uint32_t point) const;
 
   std::unique_ptr<uint8_t[]> bytes_, memory_;
   Patch patch_;

@@ -48,9 +48,9 @@ PSPLIT_WEB_EXPORT(stream_counts) const uint32_t* stream_counts(const DecodedStre
   return words;
 }
 // Draco's attribute type, data type, components, normalized, unique id, coding, bits, range, address of the
-// origin
+// origin, number of stored values
 PSPLIT_WEB_EXPORT(stream_attribute) const uint32_t* stream_attribute(const DecodedStream* stream, uint32_t i) {
-  static uint32_t words[9];
+  static uint32_t words[10];
   const DecodedStream::Attribute& attribute = stream->patch().attributes[i];
   words[0] = attribute.semantic;
   words[1] = static_cast<uint32_t>(attribute.type);
@@ -61,6 +61,7 @@ PSPLIT_WEB_EXPORT(stream_attribute) const uint32_t* stream_attribute(const Decod
   words[6] = attribute.bits;
   __builtin_memcpy(&words[7], &attribute.range, sizeof attribute.range);
   words[8] = reinterpret_cast<uint32_t>(attribute.origin);
+  words[9] = stream->patch().groups[attribute.group].sequence.count;
   return words;
 }
 // Three 32-bit numbers of points for each face.
@@ -78,5 +79,11 @@ bool write_attribute(const DecodedStream* stream, uint32_t i, uint32_t type, uin
 PSPLIT_WEB_EXPORT(write_integers) bool write_integers(const DecodedStream* stream, uint32_t i, int32_t* out) {
   return stream->write_integers(stream->patch().attributes[i], out);
 }
+#if defined(PSPLIT_ONLY_DRACO)  // which draco3d's interface asks for
+PSPLIT_WEB_EXPORT(write_value_numbers)
+void write_value_numbers(const DecodedStream* stream, uint32_t i, uint32_t* out) {
+  stream->write_value_numbers(stream->patch().attributes[i], out);
+}
+#endif
 
 }  // namespace psplit::web

@@ -62,6 +62,24 @@ std::vector<int32_t> known_values(const core::StreamHeader& header) {
   return {known.data(), known.data() + known.size()};
 }
 
+// Those before patch `end` have arrived: patches from `first` on are decoded before the others have headers.
+TEST(BorderValues, AreKnownBeforeLaterPatchesArrive) {
+  for (const Shared& shared : shared_samples()) {
+    SCOPED_TRACE(shared.sample.original.name);
+    const BorderValues all = must(BorderValues::decode(shared.container, ThreadPool(1)));
+    PatchContainer arriving = shared.container;
+    arriving.headers.clear();
+    for (uint32_t first = 0, step = 1; first < arriving.entries.size(); first += step, ++step) {
+      const auto end = std::min<uint32_t>(first + step, static_cast<uint32_t>(arriving.entries.size()));
+      arriving.headers.assign(shared.container.headers.begin(), shared.container.headers.begin() + end);
+      const BorderValues some = must(BorderValues::decode(arriving, first, end, ThreadPool(1)));
+      for (uint32_t i = first; i < end; ++i)
+        EXPECT_EQ(known_values(completed(arriving, some, i)),
+                  known_values(completed(shared.container, all, i)));
+    }
+  }
+}
+
 TEST(BorderValues, AreTheSameForAllPatchesAndForEachAlone) {
   size_t values = 0, own_values = 0, with_residue = 0;
   for (const Shared& shared : shared_samples()) {

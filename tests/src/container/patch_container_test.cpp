@@ -1,6 +1,7 @@
 #include "src/container/patch_container.h"
 
 #include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/mutants.h"
 
@@ -75,6 +76,103 @@ TEST(PatchContainer, GivesBackWhatWasWritten) {
   const PatchContainer container = *open_container(bytes);
   EXPECT_EQ(container.head, nullptr);
   EXPECT_EQ(container.condensed_count(), 0u);
+}
+
+TEST(PatchContainer, OpensAsItsBytesArrive) {
+  const std::vector<uint8_t> bytes = three_streams().write();
+  const PatchContainer whole = *open_container(bytes);
+  const std::span front(bytes.data(), static_cast<size_t>(whole.header_bytes));
+  PatchContainer short_of_a_byte;
+  EXPECT_FALSE(open_front(front.first(front.size() - 1), false, short_of_a_byte).ok());
+  PatchContainer not_whole;
+  EXPECT_FALSE(open_front(front, true, not_whole).ok());
+
+  PatchContainer container;
+  ASSERT_TRUE(open_front(front, false, container).ok());
+  EXPECT_EQ(container.total_bytes(), bytes.size());
+  EXPECT_EQ(container.entries, whole.entries);
+  // Memory of exactly this size: a read behind what has arrived would read zeros, which are no header.
+  std::vector<uint8_t> memory(bytes.size());
+  container.place(memory);
+  for (size_t arrived = 0; arrived <= bytes.size(); ++arrived) {
+    std::copy_n(bytes.begin(), arrived, memory.begin());
+    ASSERT_TRUE(container.read_headers(arrived).ok());
+    size_t there = 0, end = static_cast<size_t>(whole.header_bytes + whole.stitch_bytes());
+    for (const StreamEntry& entry : whole.entries) there += (end += entry.stream_bytes) <= arrived ? 1 : 0;
+    EXPECT_EQ(container.headers.size(), there);
+  }
+  EXPECT_EQ(container.headers[1].counts.face_count, 101u);
+
+  memory[memory.size() - whole.entries[2].stream_bytes] = 'X';
+  container.headers.pop_back();
+  EXPECT_EQ(container.read_headers(memory.size()).place().patch, 2);
+}
+
+// A mesh whose point i is at (i, 0, -i), so that boxes tell which points they have.
+Mesh line_of_points(const PatchContainer& container) {
+  Mesh mesh{container.point_count(), {}, {{"POSITION", ComponentType::kFloat32, 3, false, {}}}};
+  for (uint32_t point = 0; point < mesh.point_count; ++point)
+    for (const float value : {static_cast<float>(point), 0.0f, -static_cast<float>(point)}) {
+      const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
+      mesh.attributes[0].values.insert(mesh.attributes[0].values.end(), bytes, bytes + sizeof(value));
+    }
+  // The faces of stream 1 also use point 10, which stream 0 owns. Those of the residue use point 5.
+  for (uint32_t face = 0; face < container.face_count(); ++face)
+    mesh.faces.push_back(face < 100   ? std::array{0u, 1u, 2u}
+                         : face < 201 ? std::array{10u, 61u, 62u}
+                                      : std::array{5u, 5u, 5u});
+  return mesh;
+}
+
+TEST(PatchContainer, HasABoxOfEachStream) {
+  const std::vector<uint8_t> plain = three_streams().write();
+  const PatchContainer without = must(open_container(plain));
+  EXPECT_TRUE(must(patch_boxes(without)).empty());
+  const Mesh mesh = line_of_points(without);
+  std::vector<uint8_t> bytes = with_boxes(without, mesh);
+  EXPECT_EQ(bytes.size(), plain.size() + 2 + 24 + 3 * 6);
+  const PatchContainer container = must(open_container(bytes));
+  EXPECT_EQ(container.entries, without.entries);
+  EXPECT_EQ(container.head, nullptr);
+  const std::vector<PatchBox> boxes = must(patch_boxes(container));
+  ASSERT_EQ(boxes.size(), 3u);
+  const double step = 113.0 / 255;
+  const double ends[3][2] = {{0, 59}, {10, 113}, {5, 5}};
+  for (size_t i = 0; i < 3; ++i)
+    for (const size_t axis : {0, 2}) {
+      const double low = axis == 0 ? ends[i][0] : -ends[i][1], high = axis == 0 ? ends[i][1] : -ends[i][0];
+      EXPECT_LE(boxes[i].low[axis], low);
+      EXPECT_GE(boxes[i].low[axis], low - step);
+      EXPECT_GE(boxes[i].high[axis], high);
+      EXPECT_LE(boxes[i].high[axis], high + step);
+      EXPECT_EQ(boxes[i].low[1], 0);
+      EXPECT_EQ(boxes[i].high[1], 0);
+    }
+  // Broken boxes are an error of who reads them, and of nobody else.
+  const auto section = static_cast<std::ptrdiff_t>(container.header_bytes) - (24 + 3 * 6);
+  std::vector<uint8_t> infinite = bytes;
+  std::fill_n(infinite.begin() + section, 4, uint8_t{0xff});
+  EXPECT_EQ(patch_boxes(must(open_container(infinite))).status().code(), StatusCode::kInvalidInput);
+  const std::vector<uint8_t> short_section(5);
+  const std::vector<uint8_t> of_five = with_head_section(without, HeadSection::kBoxes, short_section);
+  EXPECT_EQ(patch_boxes(must(open_container(of_five))).status().code(), StatusCode::kInvalidInput);
+}
+
+TEST(PatchContainer, PositionsThatAreNotFiniteAreInNoBox) {
+  const std::vector<uint8_t> plain = three_streams().write();
+  const PatchContainer without = must(open_container(plain));
+  Mesh mesh = line_of_points(without);
+  const auto all_nan = [&](uint32_t first, uint32_t end) {
+    std::fill(mesh.attributes[0].values.begin() + 12 * first, mesh.attributes[0].values.begin() + 12 * end,
+              std::byte{0xff});
+  };
+  all_nan(5, 6);
+  const std::vector<uint8_t> bytes = with_boxes(without, mesh);
+  const std::vector<PatchBox> boxes = must(patch_boxes(must(open_container(bytes))));
+  EXPECT_GE(boxes[0].high[0], 59);
+  EXPECT_GT(boxes[2].low[0], boxes[2].high[0]);
+  all_nan(0, mesh.point_count);
+  EXPECT_EQ(with_boxes(without, mesh), plain);
 }
 
 TEST(PatchContainer, OneStreamCostsThirtyBytes) {

@@ -200,6 +200,29 @@ TEST_F(EncodeCommand, DistanceTakesThePapersMethod) {
   EXPECT_NE(levels, encoded({"--no-refine"}));
 }
 
+TEST_F(EncodeCommand, OrdersPatchesAndStoresTheirBoxes) {
+  const auto encoded = [&](std::vector<std::string> more) {
+    std::vector<std::string> options{"encode", sample(), path("out.glb"), "--patches", "12", "-q", "-f"};
+    options.insert(options.end(), more.begin(), more.end());
+    must_run(options);
+    must_run({"validate", path("out.glb")});
+    return read_bytes(path("out.glb"));
+  };
+  const std::string plain = encoded({});
+  EXPECT_EQ(plain, encoded({"--order", "cut"}));
+  const std::string by_size = encoded({"--order", "size"}), near = encoded({"--order", "near:1,-2.5,3e1"});
+  EXPECT_NE(plain, by_size);
+  EXPECT_NE(plain, near);
+  EXPECT_NE(by_size, near);
+  const size_t more = encoded({"--boxes"}).size() - plain.size();
+  EXPECT_GE(more, 12u * 6);
+  EXPECT_LE(more, 12u * 6 + 40);
+  EXPECT_LT(encoded({"--boxes", "--condense"}).size(), plain.size());
+  for (const char* wrong : {"near", "near:1,2", "near:1,2,3,4", "near:1,2,x", "near:1,2,inf", "far", ""})
+    EXPECT_NE(run_command({"encode", sample(), path("no.glb"), "--order", wrong}).code, 0) << wrong;
+  EXPECT_NE(run_command({"encode", sample(), path("no.glb"), "--boxes", "--memory", "1GB"}).code, 0);
+}
+
 TEST_F(EncodeCommand, CompatKhrWritesStockDracoPrimitives) {
   must_run({"encode", sample(), path("khr.glb"), "--patches", "4", "--compat", "khr", "--report",
             path("report.json"), "-q"});

@@ -127,7 +127,7 @@ std::string options_of_patches(const CLI::App& command, const EncodeDocumentOpti
   for (const char* name :
        {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance", "--no-refine",
         "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantization-volume", "--encode-speed", "--fallback"}) {
+        "--quantize-generic", "--quantization-volume", "--encode-speed", "--fallback", "--order", "--boxes"}) {
     const bool is_default = name == std::string_view("--fallback") && options.fallback == Fallback::kNone;
     if (command.count(name) > 0 && !is_default) given += (given.empty() ? "" : ", ") + std::string(name);
   }
@@ -169,6 +169,41 @@ std::optional<double> parse_length(std::string_view text) {
                                      {"\u00b5m", 1e6}})
     if (unit == name) return length / metres;
   return std::nullopt;
+}
+
+// Nothing if the text is no order.
+std::optional<PatchOrder> parse_order(std::string_view text) {
+  constexpr std::string_view kNear = "near:";
+  if (text == "cut") return PatchOrder{};
+  if (text == "size") return PatchOrder{PatchOrder::By::kSize, {}};
+  if (!text.starts_with(kNear)) return std::nullopt;
+  PatchOrder order{PatchOrder::By::kNear, {}};
+  text.remove_prefix(kNear.size());
+  for (size_t axis = 0; axis < order.point.size(); ++axis) {
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), order.point[axis]);
+    if (read.ec != std::errc() || !std::isfinite(order.point[axis])) return std::nullopt;
+    text.remove_prefix(static_cast<size_t>(read.ptr - text.data()));
+    if (axis + 1 == order.point.size()) break;
+    if (!text.starts_with(',')) return std::nullopt;
+    text.remove_prefix(1);
+  }
+  return text.empty() ? std::optional(order) : std::nullopt;
+}
+
+void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
+  command
+      .add_option_function<std::string>(
+          "--order", [&options](const std::string& text) { options.order = *parse_order(text); },
+          "The order of a primitive's patches, which is that in which they arrive and are shown: cut, the "
+          "default, where each is near to the one before; size, with the largest area first; near:X,Y,Z, with "
+          "the nearest to a point first, in the mesh's own coordinates")
+      ->check([](const std::string& text) {
+        return parse_order(text) ? std::string() : text + " is neither cut, size nor near:X,Y,Z";
+      })
+      ->type_name("ORDER");
+  command.add_flag("--boxes", options.boxes,
+                   "Store the box of each patch, in 6 bytes, by which viewers know what to ask for first. Not "
+                   "with --compat khr and --memory");
 }
 
 void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
@@ -270,6 +305,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                    "KHR_draco_mesh_compression");
   add_profile_options(command, arguments);
   add_partition_options(command, options);
+  add_order_options(command, options);
   add_coding_options(command, options, true);
   add_volume_option(command, arguments);
   add_keep_options(command, options);
@@ -297,7 +333,7 @@ void group_encode_options(CLI::App& command) {
   const std::vector<std::pair<const char*, std::vector<const char*>>> groups = {
       {"Patches",
        {"--patches", "--patch-faces", "--min-faces", "--always-patches", "--profile", "--gpu", "--distance",
-        "--no-refine"}},
+        "--no-refine", "--order", "--boxes"}},
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
@@ -335,6 +371,8 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (!o.skip.empty()) described["skip"] = o.skip;
   if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
+  if (o.order.by != PatchOrder::By::kCut) described["order"] = {static_cast<int>(o.order.by), o.order.point};
+  if (o.boxes) described["boxes"] = true;
   if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
   return described.dump();
 }

@@ -40,12 +40,16 @@ class Psplit {
   }
 }
 
-const median = (numbers) => numbers.toSorted((a, b) => a - b)[Math.floor(numbers.length / 2)];
+// The number that a part of the numbers do not exceed.
+const quantile = (numbers, part) => numbers.toSorted((a, b) => a - b)[Math.floor(part * (numbers.length - 1))];
+const median = (numbers) => quantile(numbers, 0.5);
+// Half of the numbers lie within this part of their median.
+const spread = (numbers) => (quantile(numbers, 0.75) - quantile(numbers, 0.25)) / 2 / median(numbers);
 
 /**
  * Times contenders in turn, from the posting of bytes to the arrival of arrays. The first round warms up and does not count.
  * @param {{decoder: object, streams: object[]}[]} contenders
- * @returns {Promise<{rounds: number, times: number[]}>} medians in milliseconds
+ * @returns {Promise<{rounds: number, times: number[], noise: number}>} medians in milliseconds, and the largest spread
  */
 async function measure(contenders, signal) {
   const times = contenders.map(() => []), begin = performance.now();
@@ -57,7 +61,7 @@ async function measure(contenders, signal) {
       await decoder.decode(streams);
       if (rounds >= 0) times[i].push(performance.now() - start);
     }
-  return { rounds, times: times.map(median) };
+  return { rounds, times: times.map(median), noise: Math.max(...times.map(spread)) };
 }
 
 const workers_text = (count) => (count === 1 ? '1 worker' : `${count} workers`);
@@ -67,8 +71,8 @@ const workers_text = (count) => (count === 1 ? '1 worker' : `${count} workers`);
  * @param {object} of
  * @param {object[] | null} of.stock streams of the same mesh in stock Draco, if the asset is in patches
  * @param {object[] | null} of.patches the patches of the asset as Draco streams of their own
- * @returns {Promise<{rows: {name: string, what: string, ms: number, factor?: number}[], rounds: number}>} factors are over the
- *   first row's time, if draco3d is among them
+ * @returns {Promise<{rows: {name: string, what: string, ms: number, factor?: number}[], rounds: number, noise: number}>} factors
+ *   are over the first row's time, if draco3d is among them. Half of the times lie within `noise` of the median, as a part of it
  */
 export async function compare(streams, { stock, patches, workers }, signal) {
   const contenders = [], made = [];
@@ -86,9 +90,9 @@ export async function compare(streams, { stock, patches, workers }, signal) {
   add(Psplit, 1, own, streams);
   if (workers > 1 && is_parallel) add(Psplit, workers, own, streams);
   try {
-    const { rounds, times } = await measure(contenders, signal);
+    const { rounds, times, noise } = await measure(contenders, signal);
     const has_reference = contenders[0].name === 'draco3d';
-    return { rounds, rows: contenders.map(({ name, what }, i) =>
+    return { rounds, noise, rows: contenders.map(({ name, what }, i) =>
       ({ name, what, ms: times[i], factor: has_reference ? times[0] / times[i] : undefined })) };
   } finally {
     for (const decoder of made) decoder.dispose();

@@ -3,7 +3,8 @@
 /**
  * @typedef {object} Asset
  * @property {string} name
- * @property {ArrayBuffer} bytes of the .glb or .gltf
+ * @property {ArrayBuffer} bytes of the .glb, .gltf or .drc
+ * @property {boolean} [is_stream] whether it is a Draco stream alone
  * @property {number} file_bytes of all files
  * @property {(url: string) => string} resolve the address of a file that the asset names
  */
@@ -12,8 +13,8 @@ const path_of = (file) => file.path_in_drop || file.webkitRelativePath || file.n
 
 /** @returns {Promise<Asset>} */
 export async function asset_of(files) {
-  const main = files.find(({ name }) => /\.(glb|gltf)$/i.test(name));
-  if (main === undefined) throw new Error('There is no .glb or .gltf among the files.');
+  const main = files.find(({ name }) => /\.(glb|gltf)$/i.test(name)) ?? files.find(({ name }) => /\.drc$/i.test(name));
+  if (main === undefined) throw new Error(`${files.map(path_of).join(', ')}: not a .glb, .gltf or .drc`);
   const folder = path_of(main).slice(0, -main.name.length);
   const addresses = new Map(), made = [];
   const address_of = (file) => {
@@ -26,7 +27,7 @@ export async function asset_of(files) {
     const file = files.find((other) => path_of(other) === folder + path) ?? files.find((other) => other.name === name);
     return file === undefined ? url : address_of(file);
   };
-  return { name: main.name, bytes: await main.arrayBuffer(), file_bytes: files.reduce((sum, { size }) => sum + size, 0), resolve };
+  return { name: main.name, bytes: await main.arrayBuffer(), is_stream: /\.drc$/i.test(main.name), file_bytes: files.reduce((sum, { size }) => sum + size, 0), resolve };
 }
 
 /** The files of a drop, also those in folders. */

@@ -36,6 +36,44 @@ export function streams_of_glb(buffer) {
 }
 
 /**
+ * Makes a GLB of a Draco stream.
+ * @param {ArrayBuffer} bytes
+ * @param {import('./psplit/index.js').Pool} pool
+ * @returns {Promise<ArrayBuffer>}
+ */
+export async function glb_of_stream(bytes, pool) {
+  const { attributes: stored, faceCount, pointCount } = await pool.decodeDraco(bytes);
+  const names = { POSITION: 'POSITION', NORMAL: 'NORMAL', COLOR: 'COLOR_', TEX_COORD: 'TEXCOORD_', GENERIC: '_GENERIC_' }, counts = {};
+  const attributes = {}, accessors = [{ componentType: 5125, type: 'SCALAR', count: 3 * faceCount }], ids = {};
+  for (const { name, uniqueId, type, componentCount, normalized, array } of stored) {
+    const number = (counts[name] = (counts[name] ?? -1) + 1), own = names[name].endsWith('_') ? names[name] + number : names[name];
+    if (componentCount > 4 || (own === names[name] && number > 0)) continue;
+    // Colours are parts of 1, and glTF has not all of Draco's types.
+    const componentType = Number(Object.keys(kTypes).find((key) => kTypes[key] === type) ?? 5126);
+    const accessor = { componentType, type: ['SCALAR', 'VEC2', 'VEC3', 'VEC4'][componentCount - 1], count: pointCount,
+      normalized: normalized || (name === 'COLOR' && componentType < 5125) };
+    if (name === 'POSITION') {
+      const axes = [0, 1, 2].map((axis) => array.filter((_, i) => i % 3 === axis));
+      accessor.min = axes.map((values) => values.reduce((a, b) => Math.min(a, b), Infinity));
+      accessor.max = axes.map((values) => values.reduce((a, b) => Math.max(a, b), -Infinity));
+    }
+    attributes[own] = accessors.push(accessor) - 1;
+    ids[own] = uniqueId;
+  }
+  const json = { asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }], accessors,
+    meshes: [{ primitives: [{ indices: 0, attributes, extensions: { KHR_draco_mesh_compression: { bufferView: 0, attributes: ids } } }] }],
+    extensionsUsed: ['KHR_draco_mesh_compression'], extensionsRequired: ['KHR_draco_mesh_compression'],
+    bufferViews: [{ buffer: 0, byteLength: bytes.byteLength }], buffers: [{ byteLength: bytes.byteLength }] };
+  const text = new TextEncoder().encode(JSON.stringify(json)), text_bytes = (text.length + 3) & ~3, body_bytes = (bytes.byteLength + 3) & ~3;
+  const glb = new Uint8Array(28 + text_bytes + body_bytes).fill(32, 20, 20 + text_bytes), view = new DataView(glb.buffer);
+  const words = [[0, 0x46546c67, 2, glb.length, text_bytes, 0x4e4f534a], [20 + text_bytes, body_bytes, 0x004e4942]];
+  for (const [at, ...values] of words) values.forEach((value, i) => view.setUint32(at + 4 * i, value, true));
+  glb.set(text, 20);
+  glb.set(new Uint8Array(bytes), 28 + text_bytes);
+  return glb.buffer;
+}
+
+/**
  * The streams of a container without a head, which are ordinary Draco streams. Null for others. "Directory" of the specification
  * has the rows: numbers in bits, each a distance from what the rows before let expect.
  */

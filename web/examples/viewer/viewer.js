@@ -7,7 +7,7 @@ import { PsplitDracoLoader, PsplitPlugin } from './psplit/three.js';
 import { compare } from './comparison.js';
 import { asset_of, dropped_files } from './files.js';
 import { Stage } from './scene.js';
-import { patches_of, streams_of, streams_of_glb } from './streams.js';
+import { glb_of_stream, patches_of, streams_of, streams_of_glb } from './streams.js';
 
 const element = (id) => document.getElementById(id);
 const number = (value, digits = 0) => value.toLocaleString('en', { maximumFractionDigits: digits, minimumFractionDigits: digits });
@@ -63,6 +63,11 @@ async function load(asset, of_sample = null) {
     current = { asset, of_sample, streams, workers };
     show_facts(gltf, { asset, streams, first_ms, whole_ms, workers });
     set_state('shown');
+  } catch (error) {
+    // Another load has the stage.
+    if (signal.aborted) throw signal.reason;
+    stage.show(null);
+    throw error.message?.startsWith(`${asset.name}:`) ? error : new Error(`${asset.name}: ${error.message ?? error}`, { cause: error });
   } finally {
     pool.dispose();
   }
@@ -86,7 +91,8 @@ async function decode(asset, pool, signal) {
   const options = { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart, file: asset.name };
   loader.register((parser) => new PsplitPlugin(parser, options));
   const begin = performance.now();
-  const gltf = await loader.parseAsync(asset.bytes.slice(0), '');
+  const bytes = asset.is_stream ? await glb_of_stream(asset.bytes, pool) : asset.bytes.slice(0);
+  const gltf = await loader.parseAsync(bytes, '');
   signal.throwIfAborted();
   const first_ms = performance.now() - begin;
   stage.show(gltf.scene ?? gltf.scenes[0]);
@@ -149,13 +155,15 @@ function show_facts({ psplit }, { asset, streams, first_ms, whole_ms, workers })
 }
 
 // What is compared with what, in words.
-function comparison_text(streams, { stock, patches }, rounds) {
+function comparison_text(streams, { stock, patches }, { rounds, noise }) {
   const is_stock = streams.every(({ kind }) => kind === 'draco');
   const what = is_stock ? `Both decode the same ${streams.length === 1 ? 'Draco stream' : 'Draco streams'}.`
     : stock !== null ? 'The same mesh in two files: draco3d decodes its stock Draco, psplit also its patches, which it joins to one mesh.'
       : patches !== null ? 'draco3d decodes each patch as a mesh of its own. psplit decodes them and joins them to one mesh.'
         : 'draco3d cannot decode condensed patches, so only psplit is measured.';
-  return `${what} Median of ${rounds} runs on this machine, from bytes to arrays on the page, after one run to warm up.`;
+  const percent = Math.round(100 * noise), kMuch = 10;
+  return `${what} Median of ${rounds} runs on this machine, from bytes to arrays on the page, after one run to warm up. ` +
+    `Half of them lie within ±${percent} % of it.${percent > kMuch ? ' That is much: the machine does other work, so the factors are rough.' : ''}`;
 }
 
 // Two rows of the table: the numbers, and a bar.
@@ -196,11 +204,11 @@ async function show_times(signal) {
     element('compared').textContent = `The decoders cannot be compared: ${error.message}`;
     return set_state('measured');
   }
-  const { rows, rounds } = compared;
+  const { rows } = compared;
   const most = Math.max(...rows.map(({ ms }) => ms));
   element('times').tBodies[0].replaceChildren(...rows.flatMap((row) => time_rows(row, most)));
   element('times').hidden = false;
-  element('compared').textContent = comparison_text(streams, others, rounds);
+  element('compared').textContent = comparison_text(streams, others, compared);
   set_state('measured');
 }
 
@@ -231,12 +239,13 @@ async function open_sample(change) {
 }
 async function open_files(files) {
   try {
+    const asset = await asset_of(files);
     press('samples', 'sample', null);
     press('codings', 'coding', null);
     sample = { coding: 'patches' };
     history.replaceState(null, '', location.pathname);
     for (const button of element('codings').children) button.disabled = true;
-    await load(await asset_of(files));
+    await load(asset);
   } catch (error) {
     say_problem(error);
   }

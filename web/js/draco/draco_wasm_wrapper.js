@@ -19,13 +19,14 @@ var DracoDecoderModule = (() => {
     DT_UINT64: 8, DT_FLOAT32: 9, DT_FLOAT64: 10, DT_BOOL: 11, DT_TYPES_COUNT: 12,
     OK: 0, DRACO_ERROR: -1, IO_ERROR: -2, INVALID_PARAMETER: -3, UNSUPPORTED_VERSION: -4, UNKNOWN_VERSION: -5,
   };
-  const { DT_INT32, DT_UINT8, DT_FLOAT32, DT_BOOL } = kConstants;
+  const { DT_INT8, DT_UINT8, DT_INT16, DT_UINT16, DT_INT32, DT_UINT32, DT_FLOAT32 } = kConstants;
+  // Of the types that can be asked for.
   const kArrays = [undefined, Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, undefined, undefined,
-    Float32Array, undefined, Uint8Array];
-  const kQuantized = 2, kNormal = 3;  // codings
-  const kStatusUnsupported = 5;
+    Float32Array];
+  const kRaw = 0, kQuantized = 2, kNormal = 3;  // codings
+  const kHeaderBytes = 11;
 
-  // The instance that decodes now. Meshes stay in the instance that decoded them.
+  // An instance. Meshes and memory of _malloc stay in theirs.
   class Core {
     constructor(module) {
       this.exports = new WebAssembly.Instance(module, {}).exports;
@@ -43,20 +44,39 @@ var DracoDecoderModule = (() => {
       if (at === 0) throw new RangeError('psplit: out of memory');
       return at;
     }
+    // The handle of what decoding makes of the bytes, or 0. If it is left by an exception, the instance cannot decode any
+    // more, but its memory and what lives there stay as they are.
+    decode(bytes) {
+      const at = this.allocate(bytes.length);
+      new Uint8Array(this.buffer, at, bytes.length).set(bytes);
+      try {
+        return this.exports.decode_stream(at, bytes.length);
+      } catch (error) {
+        this.broken = true;
+        throw new RangeError(`psplit: out of memory (${error.message})`);
+      }
+    }
   }
 
   function make_module(compiled, config) {
-    let core = new Core(compiled);
+    // What decodes now, and what _malloc takes memory from. They differ only while memory of _malloc lives in an instance
+    // that broke.
+    let core = new Core(compiled), heap = core;
+    const blocks = new Set();  // of _malloc
     let timer;
+    const renew = () => {
+      core = new Core(compiled);
+      if (blocks.size === 0) heap = core;
+    };
     const usable_core = () => {
       clearTimeout(timer);
-      if (core.broken) core = new Core(compiled);
+      if (core.broken) renew();
       return core;
     };
     // Something of an instance is freed.
     const leave = (left) => {
       if (--left.live > 0 || left !== core || core.buffer.byteLength <= kMostKeptBytes) return;
-      timer = setTimeout(() => (core = new Core(compiled)), kKeptMs);
+      timer = setTimeout(renew, kKeptMs);
       timer.unref?.();
     };
 
@@ -73,7 +93,8 @@ var DracoDecoderModule = (() => {
         this.ptr = 0;
       }
     }
-    const kNull = Object.assign(Object.create(WrapperObject.prototype), { ptr: 0 });
+    const null_of = (Class, members) => Object.assign(Object.create(Class.prototype), { ptr: 0 }, members);
+    const kNull = null_of(WrapperObject);
 
     class VoidPtr extends WrapperObject {}
     class Status extends WrapperObject {
@@ -90,6 +111,7 @@ var DracoDecoderModule = (() => {
     }
 
     class DecoderBuffer extends WrapperObject {
+      data_ = new Uint8Array(0);
       Init(data, size) {
         this.data_ = bytes_of(data, size);
       }
@@ -103,7 +125,8 @@ var DracoDecoderModule = (() => {
     const array_class = (Type, name) => class extends WrapperObject {
       array_ = new Type(0);
       name_ = name;
-      GetValue(i) { return this.array_[i]; }
+      // draco3d returns all numbers of 32 bits as signed ones.
+      GetValue(i) { return Type === Uint32Array ? this.array_[i] | 0 : this.array_[i]; }
       size() { return this.array_.length; }
     };
 
@@ -113,20 +136,22 @@ var DracoDecoderModule = (() => {
     class PointAttribute extends WrapperObject {
       constructor(mesh, index) {
         super();
-        const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 9);
+        const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 10);
         [this.semantic_, this.type_, this.components_, this.normalized_, this.unique_id_, this.coding_, this.bits_] = words;
+        this.value_count_ = words[9];
         this.range_ = new Float32Array(words.buffer, words.byteOffset + 28, 1)[0];
         // The origin is in the bytes of the stream, at any address.
         this.origin_ = this.coding_ === kQuantized
           ? new Float32Array(words.buffer.slice(words[8], words[8] + 4 * this.components_)) : [];
         this.mesh_ = mesh;
         this.index_ = index;
-        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && (this.coding_ === kQuantized || this.coding_ === kNormal);
+        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && this.coding_ !== kRaw;
         if (!this.is_skipped_) return;
         this.type_ = DT_INT32;
+        this.normalized_ = 0;
         if (this.coding_ === kNormal) this.components_ = 2;
       }
-      size() { return this.mesh_.num_points(); }
+      size() { return this.value_count_; }
       attribute_type() { return this.semantic_; }
       data_type() { return this.type_; }
       num_components() { return this.components_; }
@@ -135,9 +160,15 @@ var DracoDecoderModule = (() => {
       byte_offset() { return 0; }
       unique_id() { return this.unique_id_; }
       GetAttributeTransformData() {
-        return this.is_skipped_ ? new AttributeTransformData(this.coding_ === kNormal ? 2 : 1) : kNull;
+        const { ATTRIBUTE_OCTAHEDRON_TRANSFORM, ATTRIBUTE_QUANTIZATION_TRANSFORM } = kConstants;
+        return this.is_skipped_ && this.coding_ === kNormal ? new AttributeTransformData(ATTRIBUTE_OCTAHEDRON_TRANSFORM)
+          : this.is_skipped_ && this.coding_ === kQuantized ? new AttributeTransformData(ATTRIBUTE_QUANTIZATION_TRANSFORM)
+            : kNoTransform;
       }
     }
+    // Nothing can be read of it.
+    const kNoAttribute = null_of(PointAttribute, { semantic_: 0, type_: 0, components_: 0, normalized_: 0, unique_id_: 0,
+      coding_: kRaw, is_skipped_: false, value_count_: 0 });
     class AttributeTransformData extends WrapperObject {
       constructor(type = -1) {
         super();
@@ -145,6 +176,7 @@ var DracoDecoderModule = (() => {
       }
       transform_type() { return this.type_; }
     }
+    const kNoTransform = null_of(AttributeTransformData, { type_: kConstants.ATTRIBUTE_INVALID_TRANSFORM });
     // An attribute whose values are those before a transform, as { bits_, range_, origin_ }; undefined if it is not.
     function transformed(attribute, coding, transform) {
       if (attribute instanceof PointAttribute) return attribute.is_skipped_ && attribute.coding_ === coding ? attribute : undefined;
@@ -188,6 +220,7 @@ var DracoDecoderModule = (() => {
         this.handle_ = 0;
         for (const attribute of this.attributes_) attribute.__destroy__();
         this.attributes_ = [];
+        this.faces_ = undefined;
         this.counts_ = [0, 0, 0];
       }
       __destroy__() {
@@ -199,6 +232,7 @@ var DracoDecoderModule = (() => {
       num_faces() { return this.counts_[0]; }
     }
     class Metadata extends WrapperObject {}
+    const kNoMetadata = null_of(Metadata);
     // psplit skips metadata. That of draco3d is in draco3d's own objects.
     class MetadataQuerier extends WrapperObject {}
     for (const [name, none] of Object.entries({ HasEntry: false, GetIntEntry: 0, GetIntEntryArray: undefined, GetDoubleEntry: 0,
@@ -214,10 +248,10 @@ var DracoDecoderModule = (() => {
       #skipped = new Set();
       #metadata = new Metadata();
 
+      // Of an array, draco3d looks at one byte alone.
       GetEncodedGeometryType(data) {
-        const bytes = data instanceof DecoderBuffer ? data.data_ : bytes_of(data, 8);
-        const is_draco = bytes.length >= 8 && String.fromCharCode(...bytes.subarray(0, 5)) === 'DRACO';
-        return is_draco && bytes[7] <= 1 ? bytes[7] : kConstants.INVALID_GEOMETRY_TYPE;
+        if (data instanceof DecoderBuffer) return header_status(data.data_).ok() ? kind_of(data.data_) : kConstants.INVALID_GEOMETRY_TYPE;
+        return data.byteLength < 8 ? kConstants.INVALID_GEOMETRY_TYPE : kind_of(data);
       }
       GetEncodedGeometryType_Deprecated(buffer) { return this.GetEncodedGeometryType(buffer); }
 
@@ -227,8 +261,9 @@ var DracoDecoderModule = (() => {
       DecodeBufferToPointCloud(buffer, cloud) { return this.#decode_point_cloud(buffer.data_, cloud); }
       #decode_point_cloud(bytes, cloud) {
         cloud.clear_();
-        return this.#decode_by_draco3d(bytes, cloud, 'PointCloud',
-          new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them'));
+        const status = header_status(bytes, kConstants.POINT_CLOUD);
+        return is_fault(status) ? status : this.#decode_by_draco3d(bytes, cloud, 'PointCloud', !status.ok() ? status
+          : new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them'));
       }
       // What psplit refuses, with `refusal`, if the page offers no draco3d.
       #decode_by_draco3d(bytes, mesh, kind, refusal) {
@@ -238,14 +273,17 @@ var DracoDecoderModule = (() => {
           return new Status(refusal.code(), `${refusal.error_msg()} (${error.message})`);
         }
         if (draco3d === undefined) return refusal;
+        mesh.theirs_ = new draco3d[kind]();
+        const status = this.their_decoder_()[`DecodeArrayTo${kind}`](bytes, bytes.length, mesh.theirs_);
+        mesh.counts_ = [mesh.theirs_.num_faces?.() ?? 0, mesh.theirs_.num_points(), mesh.theirs_.num_attributes()];
+        return new Status(status.code(), status.error_msg());
+      }
+      their_decoder_() {
         if (this.theirs_ === undefined) {
           this.theirs_ = new draco3d.Decoder();
           for (const semantic of this.#skipped) this.theirs_.SkipAttributeTransform(semantic);
         }
-        mesh.theirs_ = new draco3d[kind]();
-        const status = this.theirs_[`DecodeArrayTo${kind}`](bytes, bytes.length, mesh.theirs_);
-        mesh.counts_ = [mesh.theirs_.num_faces?.() ?? 0, mesh.theirs_.num_points(), mesh.theirs_.num_attributes()];
-        return new Status(status.code(), status.error_msg());
+        return this.theirs_;
       }
       __destroy__() {
         if (this.theirs_ !== undefined) draco3d.destroy(this.theirs_);
@@ -253,46 +291,49 @@ var DracoDecoderModule = (() => {
       }
       #decode(bytes, mesh) {
         mesh.clear_();
-        const status = this.#decode_by_psplit(bytes, mesh);
-        return status.code() === kConstants.UNSUPPORTED_VERSION ? this.#decode_by_draco3d(bytes, mesh, 'Mesh', status) : status;
+        const status = header_status(bytes, kConstants.TRIANGULAR_MESH);
+        if (is_fault(status)) return status;
+        const [major, minor] = bytes.subarray(5);
+        if (major === 2 && minor === 2) return this.#decode_by_psplit(bytes, mesh);
+        return this.#decode_by_draco3d(bytes, mesh, 'Mesh', !status.ok() ? status : new Status(kConstants.UNSUPPORTED_VERSION,
+          `psplit: bitstream ${major}.${minor} is older than 2.2, the only one that is decoded`));
       }
       #decode_by_psplit(bytes, mesh) {
         mesh.core_ = usable_core();
         mesh.skipped_ = new Set(this.#skipped);
         const { exports } = mesh.core_;
         try {
-          const at = mesh.core_.allocate(bytes.length);
-          new Uint8Array(mesh.core_.buffer, at, bytes.length).set(bytes);
-          const handle = exports.decode_stream(at, bytes.length);
-          if (handle === 0) return this.#last_error(mesh.core_);
-          mesh.handle_ = handle;
+          mesh.handle_ = mesh.core_.decode(bytes);
+          if (mesh.handle_ === 0) return this.#last_error(mesh.core_);
           ++mesh.core_.live;
-          mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(handle), 3));
+          mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(mesh.handle_), 3));
           mesh.attributes_ = Array.from({ length: mesh.counts_[2] }, (_, i) => new PointAttribute(mesh, i));
+          mesh.is_sequential_ = bytes[8] === 0;
+          mesh.has_metadata_ = bytes[10] >= 128;
           return new Status();
         } catch (error) {
-          mesh.core_.broken = true;
-          return new Status(kConstants.DRACO_ERROR, `psplit: out of memory (${error.message})`);
+          mesh.clear_();
+          if (!(error instanceof RangeError)) throw error;
+          return new Status(kConstants.DRACO_ERROR, error.message);
         }
       }
       #last_error({ exports }) {
-        const [code, , at, length] = new Uint32Array(exports.memory.buffer, exports.last_error(), 4);
+        const [, , at, length] = new Uint32Array(exports.memory.buffer, exports.last_error(), 4);
         const message = String.fromCharCode(...new Uint8Array(exports.memory.buffer, at, length));
-        return new Status(code === kStatusUnsupported ? kConstants.UNSUPPORTED_VERSION : kConstants.DRACO_ERROR,
-          `psplit: ${message}`);
+        return new Status(kConstants.DRACO_ERROR, `psplit: ${message}`);
       }
 
       // Values are addressed by their place among the attributes, as draco3d's ids are.
       GetAttributeId(mesh, semantic) { return mesh.attributes_.findIndex((attribute) => attribute.semantic_ === semantic); }
-      GetAttribute(mesh, id) { return mesh.attributes_[id] ?? kNull; }
+      GetAttribute(mesh, id) { return mesh.attributes_[id] ?? kNoAttribute; }
       GetAttributeByUniqueId(mesh, unique_id) {
-        return mesh.attributes_.find((attribute) => attribute.unique_id_ === unique_id) ?? kNull;
+        return mesh.attributes_.find((attribute) => attribute.unique_id_ === unique_id) ?? kNoAttribute;
       }
       // psplit skips metadata.
       GetAttributeIdByName() { return -1; }
       GetAttributeIdByMetadataEntry() { return -1; }
-      GetMetadata() { return this.#metadata; }
-      GetAttributeMetadata() { return this.#metadata; }
+      GetMetadata(mesh) { return mesh.has_metadata_ ? this.#metadata : kNoMetadata; }
+      GetAttributeMetadata(mesh) { return this.GetMetadata(mesh); }
 
       GetTrianglesUInt16Array(mesh, size, out) {
         return mesh.num_points() <= 65536 && this.#write_faces(mesh, 2, size, out);
@@ -310,25 +351,40 @@ var DracoDecoderModule = (() => {
         return true;
       }
 
+      // For meshes of draco3d alone.
+      GetTriangleStripsFromMesh() { throw new Error('psplit makes no triangle strips'); }
+      GetAttributeFloat(attribute, number, out) {
+        if (!(attribute instanceof PointAttribute)) return call_draco3d(this.their_decoder_(), 'GetAttributeFloat', attribute, [number, out]);
+        const { mesh_: mesh, components_: components } = attribute;
+        if (!(number >= 0 && number < attribute.value_count_)) return false;
+        const numbers = (attribute.value_numbers_ ??= read(mesh, Uint32Array, mesh.num_points(),
+          (at) => (mesh.core_.exports.write_value_numbers(mesh.handle_, attribute.index_, at), 1)));
+        const floats = (attribute.floats_ ??= values_of(mesh, attribute, DT_FLOAT32)), point = numbers.indexOf(number);
+        if (point < 0) return false;
+        out.array_ = floats.slice(point * components, (point + 1) * components);
+        return true;
+      }
+
       GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, out) {
         const Type = kArrays[type];
-        if (Type === undefined || size !== value_count(mesh, attribute) * Type.BYTES_PER_ELEMENT) return false;
+        if (Type === undefined || attribute === kNoAttribute) return false;
+        if (size !== value_count(mesh, attribute) * Type.BYTES_PER_ELEMENT) return false;
         if (!attribute.is_skipped_) {
           return write(mesh, out, size, (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, type, at)) !== 0;
         }
         const values = converted(integers_of(mesh, attribute), type);
         if (values === null) return false;
-        new Type(core.buffer, out, values.length).set(values);
+        new Type(heap.buffer, out, values.length).set(values);
         return true;
       }
       GetAttributeFloatForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_FLOAT32, out); }
       GetAttributeIntForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT32, out); }
-      GetAttributeInt8ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 1, out); }
+      GetAttributeInt8ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT8, out); }
       GetAttributeUInt8ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_UINT8, out); }
-      GetAttributeInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 3, out); }
-      GetAttributeUInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 4, out); }
+      GetAttributeInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT16, out); }
+      GetAttributeUInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_UINT16, out); }
       GetAttributeInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT32, out); }
-      GetAttributeUInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 6, out); }
+      GetAttributeUInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_UINT32, out); }
 
       SkipAttributeTransform(semantic) {
         this.#skipped.add(semantic);
@@ -337,10 +393,10 @@ var DracoDecoderModule = (() => {
     }
     // The calls above are for meshes that psplit decoded.
     for (const name of Object.getOwnPropertyNames(Decoder.prototype)) {
-      if (!/^Get(?!EncodedGeometryType)/.test(name)) continue;
+      if (!/^Get(?!EncodedGeometryType|AttributeFloat$)/.test(name)) continue;
       const own = Decoder.prototype[name];
       Decoder.prototype[name] = function (mesh, ...rest) {
-        return mesh.theirs_ === undefined ? own.call(this, mesh, ...rest) : call_draco3d(this.theirs_, name, mesh.theirs_, rest);
+        return mesh.theirs_ === undefined ? own.call(this, mesh, ...rest) : call_draco3d(this.their_decoder_(), name, mesh.theirs_, rest);
       };
     }
 
@@ -356,7 +412,7 @@ var DracoDecoderModule = (() => {
           (at !== 0 && i === rest.length - 1 ? at : copies.get(argument) ?? argument)));
         for (const [ours, theirs] of arrays)
           ours.array_ = ours.array_.constructor.from({ length: theirs.size() }, (_, i) => theirs.GetValue(i));
-        if (at !== 0 && result) new Uint8Array(core.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
+        if (at !== 0 && result) new Uint8Array(heap.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
         return result;
       } finally {
         for (const [, theirs] of arrays) draco3d.destroy(theirs);
@@ -365,12 +421,11 @@ var DracoDecoderModule = (() => {
     }
 
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
-    // Has something written to `out`, which is memory of _malloc. It lies in another instance than the mesh if that
-    // was dropped.
+    // Has something written to `out`, which is memory of _malloc. It may lie in another instance than the mesh.
     function write(mesh, out, size, write_to) {
-      if (mesh.core_ === core) return write_to(out);
+      if (mesh.core_ === heap) return write_to(out);
       const at = mesh.core_.allocate(size), result = write_to(at);
-      new Uint8Array(core.buffer, out, size).set(new Uint8Array(mesh.core_.buffer, at, size));
+      new Uint8Array(heap.buffer, out, size).set(new Uint8Array(mesh.core_.buffer, at, size));
       mesh.core_.exports.release(at);
       return result;
     }
@@ -385,19 +440,45 @@ var DracoDecoderModule = (() => {
     }
     const integers_of = (mesh, attribute) => read(mesh, Int32Array, value_count(mesh, attribute),
       (at) => mesh.core_.exports.write_integers(mesh.handle_, attribute.index_, at));
-    // Null if a number does not fit the type.
+    // Null if a number does not fit the type. As libdraco compares them, all fit DT_UINT32.
     function converted(integers, type) {
       const values = new kArrays[type](integers);
-      return type === DT_FLOAT32 || type === DT_BOOL || values.every((value, i) => value === integers[i]) ? values : null;
+      return type === DT_FLOAT32 || type === DT_UINT32 || values.every((value, i) => value === integers[i]) ? values : null;
     }
-    function values_for_all_points(mesh, attribute, type, out) {
-      const values = attribute.is_skipped_ ? converted(integers_of(mesh, attribute), type)
+    // Null if a value does not fit the type.
+    function values_of(mesh, attribute, type) {
+      return attribute.is_skipped_ ? converted(integers_of(mesh, attribute), type)
         : read(mesh, kArrays[type], value_count(mesh, attribute),
           (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, type, at));
+    }
+    // Whether values of the two types are the same bytes.
+    const is_twin = (a, b) => a !== b && a >= DT_INT8 && a <= DT_UINT32 && Math.ceil(a / 2) === Math.ceil(b / 2);
+    function values_for_all_points(mesh, attribute, type, out) {
+      if (attribute === kNoAttribute) return false;
+      // draco3d copies the bytes of sequential streams.
+      const stored = mesh.is_sequential_ && is_twin(attribute.type_, type) ? attribute.type_ : type;
+      const values = values_of(mesh, attribute, stored);
       if (values === null) return false;
-      out.array_ = values;
+      out.array_ = stored === type ? values : new kArrays[type](values.buffer);
       return true;
     }
+
+    // draco3d's code for a faulty header. `kind`: the one that is wanted.
+    function header_status(bytes, kind = bytes[7]) {
+      const refuse = (code, what) => new Status(kConstants[code], `psplit: ${what}`);
+      const magic = String.fromCharCode(...bytes.subarray(0, 5)), [major, minor] = bytes.subarray(5);
+      if (magic.length === 5 && magic !== 'DRACO') return refuse('DRACO_ERROR', 'not a Draco stream');
+      if (bytes.length < kHeaderBytes) return refuse('IO_ERROR', 'the stream ends early');
+      if (kind_of(bytes) !== kind) return refuse('DRACO_ERROR', `not a ${kind === kConstants.POINT_CLOUD ? 'point cloud' : 'mesh'}`);
+      if (bytes[8] > 1) return refuse('DRACO_ERROR', 'a coding method that does not exist');
+      // The newest bitstreams are 2.2 of meshes and 2.3 of point clouds.
+      const newest = kind === kConstants.POINT_CLOUD ? 3 : 2;
+      if (major < 1 || major > 2 || (major === 2 && minor > newest)) return refuse('UNKNOWN_VERSION', `unknown bitstream ${major}.${minor}`);
+      return new Status();
+    }
+    // An unknown version may be one that draco3d knows.
+    const is_fault = (status) => !status.ok() && status.code() !== kConstants.UNKNOWN_VERSION;
+    const kind_of = (bytes) => (bytes[7] <= 1 ? bytes[7] : kConstants.INVALID_GEOMETRY_TYPE);
 
     const module = Object.assign(config, kConstants, {
       WrapperObject, VoidPtr, Status, DecoderBuffer, GeometryAttribute, PointAttribute, AttributeTransformData,
@@ -407,14 +488,17 @@ var DracoDecoderModule = (() => {
         .map(([name, Type]) => [name, array_class(Type, name)])),
       NULL: kNull,
       _malloc(bytes) {
-        const at = usable_core().allocate(bytes);
-        ++core.live;
+        if (blocks.size === 0) heap = usable_core();
+        const at = heap.allocate(bytes);
+        blocks.add(at);
+        ++heap.live;
         return at;
       },
       _free(at) {
-        if (at === 0) return;
-        core.exports.release(at);
-        leave(core);
+        if (!blocks.delete(at)) return;
+        heap.exports.release(at);
+        leave(heap);
+        if (blocks.size === 0) heap = core;
       },
       destroy(object) { object.__destroy__(); },
       getPointer: (object) => object.ptr,
@@ -427,7 +511,7 @@ var DracoDecoderModule = (() => {
     // Memory moves when it grows: each access is to where it is now.
     for (const [name, Type] of Object.entries({ HEAP8: Int8Array, HEAPU8: Uint8Array, HEAP16: Int16Array, HEAPU16: Uint16Array,
       HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
-      Object.defineProperty(module, name, { get: () => new Type(core.buffer), configurable: true });
+      Object.defineProperty(module, name, { get: () => new Type(heap.buffer), configurable: true });
     return module;
   }
 

@@ -35,8 +35,8 @@ export class PsplitDracoLoader extends Loader {
   #owns_pool;
   #workers;
 
-  constructor(options = {}) {
-    const { manager, pool = null, fallback = null } = options instanceof LoadingManager ? { manager: options } : options;
+  constructor(options) {
+    const { manager, pool = null, fallback = null } = options instanceof LoadingManager ? { manager: options } : options ?? {};
     super(manager);
     this.#pool = pool;
     this.#owns_pool = pool === null;

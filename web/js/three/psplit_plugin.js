@@ -24,6 +24,7 @@ export class PsplitPlugin {
   name = kExtensionName;
   #parser;
   #options;
+  #asset;  // an ArrivingAsset, if the bytes arrive
   #pool;
   #containers = new Map();  // by key
   #of_view = new Map();     // containers by their synthetic buffer views
@@ -32,15 +33,18 @@ export class PsplitPlugin {
   #failure = null;          // the first one
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
-  constructor(parser, options = {}) {
+  constructor(parser, options) {
     this.#parser = parser;
-    this.#options = options;
-    this.#pool = options.pool ?? (default_pool ??= createPool());
+    this.#options = options ?? {};
+    this.#asset = this.#options.asset;
+    this.#pool = this.#options.pool ?? (default_pool ??= createPool());
   }
 
   // The hooks of GLTFLoader. A function that is `async` rejects where it would throw, which the loader handles.
 
   async beforeRoot() {
+    for (const i of this.#asset === undefined ? [] : this.#parser.json.buffers?.keys() ?? [])
+      this.#parser.cache.add(`buffer:${i}`, { then: (...use) => this.#asset.buffer(i).then(({ buffer }) => buffer).then(...use) });
     for (const [mesh, { primitives }] of (this.#parser.json.meshes ?? []).entries())
       for (const [primitive, definition] of primitives.entries())
         if (definition.extensions?.[kExtensionName] !== undefined) this.#replace_accessors(definition, { mesh, primitive });
@@ -48,9 +52,15 @@ export class PsplitPlugin {
 
   loadBufferView(view) {
     const container = this.#of_view.get(view);
-    if (container === undefined) return null;
+    if (container === undefined) return this.#arriving_view(view);
     container.buffers ??= this.#load(container);
     return container.buffers.then((buffers) => buffers.get(view));
+  }
+
+  // Of a buffer view that is stored as it is. Others are left to their extensions.
+  #arriving_view(view) {
+    if (this.#asset === undefined || this.#parser.json.bufferViews[view].extensions !== undefined) return null;
+    return this.#asset.view(view).then(({ buffer }) => buffer);
   }
 
   afterRoot(gltf) {
@@ -143,17 +153,22 @@ export class PsplitPlugin {
     const options = { attributes: container.requests, signal,
       onProgress: (done, total) => this.#progress(container, done, total) };
     try {
-      const bytes = await until_abort(this.#parser.getDependency('bufferView', container.view), signal);
-      const mesh = await (growing === undefined ? this.#pool.decodeContainer(bytes, options)
-        : this.#pool.decodePatches(bytes, { ...options, onPart: (part, counts) => this.#add(container, growing, part, counts) }));
+      if (growing !== undefined) options.onPart = (part, counts) => this.#add(container, growing, part, counts);
+      const mesh = await this.#decode_bytes(container, options), { byteLength: bytes } = this.#parser.json.bufferViews[container.view];
       container.check(mesh);
       const { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces } = mesh;
-      container.patches = { bytes: bytes.byteLength, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces };
+      container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces };
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
       if (!may_fall_back(error) || !container.has_fallback || growing?.has_begun === true) throw error;
       return this.#fallback(container);
     }
+  }
+
+  async #decode_bytes({ view }, options) {
+    if (this.#asset !== undefined) return this.#pool.decodeStream(this.#asset.chunks(view), options);
+    const bytes = await until_abort(this.#parser.getDependency('bufferView', view), options.signal);
+    return options.onPart === undefined ? this.#pool.decodeContainer(bytes, options) : this.#pool.decodePatches(bytes, options);
   }
 
   #add(container, growing, part, counts) {

@@ -1,0 +1,162 @@
+// How soon a page shows an asset that arrives slowly: from the begin of the load until the first triangles are in three's scene,
+// until half of them, and until all:
+//
+//   node streaming.mjs FOLDER ROUNDS MBITS...   FOLDER has assets as NAME.plain.glb, .stock.glb, .patches.glb, .condensed.glb
+//
+// A server of this process sends all that a page asks for at so many Mbit/s together. The loaders are three's GLTFLoader with
+// DRACOLoader, with meshopt_decoder, with PsplitPlugin, and psplit's loadStreaming. Each load is in a page of its own. The code
+// of the page and of the decoders is there before the load begins; drawing is not measured, which is the same for all. Files are
+// sent as they are, except those of meshoptimizer, which glTF-Transform makes on grids of the same bits: its coding is made for
+// a compression on the way, and they are sent in brotli.
+import { createServer } from 'node:http';
+import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { brotliCompressSync } from 'node:zlib';
+import { close_browser, open_page } from '../../tests/web/browser.mjs';
+import { modules_folder, package_folder } from '../../tests/web/load.mjs';
+
+const kTickMs = 5;
+const kTypes = { '.js': 'text/javascript', '.wasm': 'application/wasm', '.glb': 'model/gltf-binary' };
+const kImports = { three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/' };
+const kPage = `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports: kImports })}</script>`;
+
+const in_modules = (name) => import(pathToFileURL(path.join(modules_folder, 'node_modules', name)));
+async function make_meshopt(plain, out) {
+  const [{ Logger, NodeIO }, { ALL_EXTENSIONS }, { meshopt }, { MeshoptEncoder }] = await Promise.all(['@gltf-transform/core/dist/index.js',
+    '@gltf-transform/extensions/dist/index.js', '@gltf-transform/functions/dist/index.js', 'meshoptimizer/meshopt_encoder.js'].map(in_modules));
+  const io = new NodeIO().registerExtensions(ALL_EXTENSIONS).registerDependencies({ 'meshopt.encoder': MeshoptEncoder });
+  const document = (await io.read(plain)).setLogger(new Logger(Logger.Verbosity.SILENT));
+  await document.transform(meshopt({ encoder: MeshoptEncoder, level: 'high' }));
+  await io.write(out, document);
+}
+
+// Sends bodies such that all together have `mbits`: each tick, they share what the time allows.
+class SlowLine {
+  #bodies = new Set();
+  constructor(mbits) {
+    let last = performance.now();
+    setInterval(() => {
+      const now = performance.now(), bytes = (mbits * 1e6 / 8) * ((now - last) / 1000) / Math.max(1, this.#bodies.size);
+      last = now;
+      for (const body of this.#bodies) body.step(bytes);
+    }, kTickMs).unref();
+  }
+  send(response, bytes) {
+    let at = 0, allowed = 0;
+    const body = { step: (more) => {
+      const end = Math.min(bytes.length, Math.floor(allowed += more));
+      if (end > at) response.write(bytes.subarray(at, end));
+      if ((at = end) < bytes.length) return;
+      response.end();
+      this.#bodies.delete(body);
+    } };
+    this.#bodies.add(body);
+    response.on('close', () => this.#bodies.delete(body));
+  }
+}
+
+async function serve(files, mbits) {
+  const line = new SlowLine(mbits), folders = { '/psplit/': package_folder, '/modules/': path.join(modules_folder, 'node_modules') };
+  const server = createServer((request, response) => {
+    const { pathname } = new URL(request.url, 'http://localhost'), type = { 'Content-Type': kTypes[path.extname(pathname)] ?? 'text/html' };
+    if (pathname === '/') return response.writeHead(200, type).end(kPage);
+    if (pathname === '/favicon.ico') return response.writeHead(200).end();
+    const prefix = Object.keys(folders).find((name) => pathname.startsWith(name));
+    if (prefix !== undefined) return response.writeHead(200, type).end(readFileSync(path.join(folders[prefix], pathname.slice(prefix.length))));
+    const bytes = files[pathname];
+    if (pathname === '/meshopt.glb') type['Content-Encoding'] = 'br';
+    response.writeHead(200, { ...type, 'Content-Length': bytes.length });
+    line.send(response, bytes);
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return { origin: `http://127.0.0.1:${server.address().port}`, close: () => server.close() && server.closeAllConnections() };
+}
+
+// In the page: the times in milliseconds, and the number of triangles. A triangle is shown when it is in an index of the scene
+// and is not degenerate.
+async function load(kind, url) {
+  const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js'), loader = new GLTFLoader();
+  const { createPool } = await import('/psplit/index.js'), { loadStreaming, PsplitPlugin } = await import('/psplit/three.js');
+  const { DRACOLoader } = await import('three/addons/loaders/DRACOLoader.js');
+  const { MeshoptDecoder } = await import('three/addons/libs/meshopt_decoder.module.js');
+  const pool = createPool(), draco = new DRACOLoader().setDecoderPath('/modules/three/examples/jsm/libs/draco/gltf/');
+  loader.setDRACOLoader(draco).setMeshoptDecoder(MeshoptDecoder);
+  // Workers are up, and have their modules.
+  const none = new Uint8Array(12);
+  draco.preload();
+  await Promise.allSettled([MeshoptDecoder.ready, ...Array.from({ length: 4 }, () => pool.decodeDraco(none)),
+    draco._getWorker(0, 0).catch(() => {})]);
+  await new Promise((resolve) => setTimeout(resolve, 200));
+
+  const begin = performance.now(), at = {}, parts = [];
+  let scene = null, total = 0;
+  const see = (count, time = performance.now() - begin) => {
+    if (count > 0) at.first ??= time;
+    if (count >= total / 2) at.half ??= time;
+    if (count >= total) at.all ??= time;
+  };
+  const triangles = (object) => {
+    let sum = 0;
+    object.traverse(({ isMesh, geometry }) => { sum += isMesh ? geometry.index.count / 3 : 0; });
+    return sum;
+  };
+  if (kind !== 'streaming') {
+    if (kind === 'patches') loader.register((parser) => new PsplitPlugin(parser, { pool }));
+    ({ scene } = await loader.loadAsync(url));
+    total = triangles(scene);
+    see(total);
+  } else {
+    // Parts that come before the scene is there are shown with it.
+    const options = { pool, onPart: ({ indices, isFinal }) => {
+      if (isFinal) parts.push({ count: indices.length / 3, time: performance.now() - begin });
+    } };
+    const gltf = await loadStreaming(loader, url, options), shown = performance.now() - begin;
+    await gltf.psplit.whole;
+    const end = performance.now() - begin;
+    total = triangles(gltf.scene);
+    const arriving = () => parts.reduce((sum, { count }) => sum + count, 0);
+    let count = total - arriving();   // of other primitives, which are whole with the scene
+    see(count, shown);
+    for (const part of parts) see((count += part.count), Math.max(shown, part.time));
+    at.all = Math.max(at.all, end);
+  }
+  return { ...at, total };
+}
+
+const [folder, round_count, ...speeds] = process.argv.slice(2), rounds = Number(round_count);
+const kWays = [["three's DRACOLoader", 'stock', 'whole'], ['meshopt_decoder, brotli', 'meshopt', 'whole'],
+  ['PsplitPlugin', 'patches', 'patches'], ['loadStreaming', 'patches', 'streaming'], ['loadStreaming, condensed', 'condensed', 'streaming']];
+const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
+const names = readdirSync(folder).filter((file) => file.endsWith('.stock.glb')).map((file) => file.slice(0, -'.stock.glb'.length));
+
+for (const name of names) {
+  const of_coding = (coding) => path.join(folder, `${name}.${coding}.glb`), files = {};
+  if (!existsSync(of_coding('meshopt'))) await make_meshopt(of_coding('plain'), of_coding('meshopt'));
+  for (const coding of new Set(kWays.map(([, coding]) => coding))) {
+    const bytes = readFileSync(of_coding(coding));
+    files[`/${coding}.glb`] = coding === 'meshopt' ? brotliCompressSync(bytes) : bytes;
+  }
+  for (const mbits of speeds.map(Number)) {
+    const { origin, close } = await serve(files, mbits), results = kWays.map(() => []);
+    for (let round = 0; round < rounds; ++round)
+      for (const [i, [, coding, kind]] of kWays.entries()) {
+        const { page, errors, close: close_page } = await open_page(origin);
+        results[i].push(await page.evaluate(`(${load})(${JSON.stringify(kind)}, '/${coding}.glb')`));
+        if (errors.length > 0) throw new Error(errors.join('\n'));
+        await close_page();
+      }
+    close();
+    const of = (i, key) => median(results[i].map((times) => times[key]));
+    console.log(`### ${name}: ${of(0, 'total').toLocaleString('en-US')} faces, at ${mbits} Mbit/s\n`);
+    console.log('| loader | bytes | first triangles, ms | half | all | first, of DRACOLoader | all, of DRACOLoader |');
+    console.log('|---|---:|---:|---:|---:|---:|---:|');
+    for (const [i, [way, coding]] of kWays.entries()) {
+      const cells = [...['first', 'half', 'all'].map((key) => of(i, key).toFixed(0)),
+        ...['first', 'all'].map((key) => median(results[i].map((times, round) => times[key] / results[0][round].all)).toFixed(2))];
+      console.log(`| ${[way, files[`/${coding}.glb`].length.toLocaleString('en-US'), ...cells].join(' | ')} |`);
+    }
+    console.log();
+  }
+}
+await close_browser();

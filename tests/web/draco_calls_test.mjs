@@ -1,0 +1,218 @@
+// psplit/draco where pages call it in unusual ways: reused objects, its heap, null objects, faulty headers, and every
+// type of value. The answers are draco3d's, except where draco3d reads memory that holds something else.
+import assert from 'node:assert/strict';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import test from 'node:test';
+import { modules_folder, package_folder, stock } from './load.mjs';
+import { encode, encode_cloud, grid } from './stock_draco.mjs';
+
+const { createDecoderModule } = createRequire(import.meta.url)(path.join(package_folder, 'draco/draco_wasm_wrapper.js'));
+const ours = await createDecoderModule(), theirs = await stock.createDecoderModule({});
+const newest = await createRequire(path.join(modules_folder, 'package.json'))('draco3d-newest').createDecoderModule();
+
+const stream = (options) => encode(grid(10), { method: 'edgebreaker', speed: 5, bits: 11, extra: true, ...options });
+const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
+
+function decoded(draco, bytes, skipped = [], mesh = new draco.Mesh()) {
+  const decoder = new draco.Decoder();
+  for (const semantic of skipped) decoder.SkipAttributeTransform(draco[semantic]);
+  const status = decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, mesh);
+  return { decoder, mesh, status };
+}
+const values_of = (array) => Array.from({ length: array.size() }, (_, i) => array.GetValue(i));
+function same_answers(answer, message) {
+  const expected = answer(theirs);
+  assert.deepEqual(answer(newest), expected, `${message}: draco3d differs from itself`);
+  assert.deepEqual(answer(ours), expected, message);
+}
+
+test('a reused mesh has the faces of its last stream', () => {
+  const large = stream(), small = encode(grid(4), { method: 'sequential', speed: 5, bits: 11, extra: false });
+  const last_face = (draco, { decoder, mesh }) => {
+    const out = new draco.DracoInt32Array();
+    return [decoder.GetFaceFromMesh(mesh, mesh.num_faces() - 1, out), ...values_of(out)];
+  };
+  const mesh = new ours.Mesh();
+  for (const bytes of [small, large, small])
+    assert.deepEqual(last_face(ours, decoded(ours, bytes, [], mesh)), last_face(theirs, decoded(theirs, bytes)));
+});
+
+test('memory of _malloc outlives errors of calls', async () => {
+  const draco = await createDecoderModule(), at = draco._malloc(1 << 20);
+  draco.HEAPU8.fill(7, at, at + (1 << 20));
+  const decoder = new draco.Decoder(), mesh = new draco.Mesh();
+  assert.equal(decoder.DecodeBufferToMesh(new draco.DecoderBuffer(), mesh).code(), draco.IO_ERROR);
+  assert.throws(() => decoder.DecodeBufferToMesh(null, mesh), TypeError);
+  const other = draco._malloc(100);
+  assert.notEqual(other, at);
+  assert.ok(draco.HEAPU8.subarray(at, at + (1 << 20)).every((value) => value === 7));
+  draco._free(other);
+  draco._free(other);  // changes nothing
+  const blocks = Array.from({ length: 3 }, () => draco._malloc(100));
+  assert.equal(new Set([...blocks, at]).size, 4);
+  assert.ok(draco.HEAPU8.subarray(at, at + (1 << 20)).every((value) => value === 7));
+});
+
+// A module whose decoding traps, as it does when memory runs out.
+async function module_with_trap() {
+  const { Instance } = WebAssembly, state = { traps: false };
+  WebAssembly.Instance = class {
+    constructor(...of) {
+      const { exports } = new Instance(...of);
+      this.exports = { ...exports, decode_stream: (...bytes) => {
+        if (state.traps) throw new WebAssembly.RuntimeError('unreachable');
+        return exports.decode_stream(...bytes);
+      } };
+    }
+  };
+  return { draco: await createDecoderModule(), state, restore: () => (WebAssembly.Instance = Instance) };
+}
+test('memory of _malloc outlives a decoder that ran out of memory', async () => {
+  const { draco, state, restore } = await module_with_trap();
+  try {
+    const bytes = stream(), before = decoded(draco, bytes), size = 12 * before.mesh.num_faces(), at = draco._malloc(size);
+    draco.HEAPU8.fill(7, at, at + size);
+    state.traps = true;
+    const { status } = decoded(draco, bytes);
+    assert.equal(status.code(), draco.DRACO_ERROR);
+    assert.match(status.error_msg(), /out of memory/);
+    state.traps = false;
+    assert.ok(draco.HEAPU8.subarray(at, at + size).every((value) => value === 7));
+    // Blocks that are made now do not lie in those before, and meshes are written to all.
+    const blocks = Array.from({ length: 20 }, () => draco._malloc(size));
+    assert.equal(new Set([...blocks, at]).size, 21);
+    const after = decoded(draco, bytes), expected = decoded(theirs, bytes), there = theirs._malloc(size);
+    assert.ok(expected.decoder.GetTrianglesUInt32Array(expected.mesh, size, there));
+    for (const { decoder, mesh } of [before, after])
+      for (const block of [at, blocks[19]]) {
+        assert.ok(decoder.GetTrianglesUInt32Array(mesh, size, block));
+        assert.deepEqual(draco.HEAPU8.slice(block, block + size), theirs.HEAPU8.slice(there, there + size));
+      }
+    for (const block of [at, ...blocks]) draco._free(block);
+  } finally {
+    restore();
+  }
+});
+
+test('null objects', () => {
+  const bytes = stream();
+  const missing = (draco) => {
+    const { decoder, mesh } = decoded(draco, bytes), attribute = decoder.GetAttributeByUniqueId(mesh, 99);
+    return { decoder, mesh, attribute };
+  };
+  same_answers((draco) => {
+    const { attribute } = missing(draco);
+    return [draco.getPointer(attribute), draco.compare(attribute, draco.NULL), attribute instanceof draco.PointAttribute];
+  }, 'an attribute that the mesh lacks');
+  // draco3d reads what is at address 0.
+  const { decoder, mesh, attribute } = missing(ours), floats = new ours.DracoFloat32Array();
+  assert.equal(ours.getPointer(decoder.GetAttribute(mesh, 99)), 0);
+  for (const name of ['num_components', 'size', 'data_type', 'byte_stride', 'byte_offset']) assert.equal(attribute[name](), 0, name);
+  assert.equal(attribute.normalized(), false);
+  assert.equal(ours.getPointer(attribute.GetAttributeTransformData()), 0);
+  assert.equal(decoder.GetAttributeFloatForAllPoints(mesh, attribute, floats), false);
+  assert.equal(decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, ours.DT_FLOAT32, 0, 0), false);
+  for (const kind of ['Quantization', 'Octahedron']) assert.equal(new ours[`Attribute${kind}Transform`]().InitFromAttribute(attribute), false);
+  same_answers((draco) => {
+    const { decoder, mesh } = decoded(draco, bytes), data = decoder.GetAttribute(mesh, 0).GetAttributeTransformData();
+    return [draco.getPointer(data), data instanceof draco.AttributeTransformData];
+  }, 'an attribute without a transform');
+  same_answers((draco) => {
+    const { decoder, mesh } = decoded(draco, bytes), querier = new draco.MetadataQuerier();
+    return [decoder.GetMetadata(mesh), decoder.GetAttributeMetadata(mesh, 0)].map((metadata) =>
+      [draco.getPointer(metadata), metadata instanceof draco.Metadata, querier.NumEntries(metadata), querier.HasEntry(metadata, 'name')]);
+  }, 'a mesh without metadata');
+  const face = new ours.DracoInt32Array();
+  for (const beyond of [mesh.num_faces(), -1]) assert.equal(decoder.GetFaceFromMesh(mesh, beyond, face), false);
+});
+
+test('a stored value that an attribute lacks', () => {
+  const { decoder, mesh } = decoded(ours, stream()), attribute = decoder.GetAttribute(mesh, 0), out = new ours.DracoFloat32Array();
+  for (const number of [-1, attribute.size(), 2 ** 32]) assert.equal(decoder.GetAttributeFloat(attribute, number, out), false);
+  assert.equal(decoder.GetAttributeFloat(decoder.GetAttributeByUniqueId(mesh, 99), 0, out), false);
+});
+
+test('status codes', () => {
+  const bytes = stream(), cloud = encode_cloud(10);
+  const codes = (draco, given) => {
+    const decoder = new draco.Decoder(), status = decoder.DecodeArrayToMesh(new Int8Array(given), given.length, new draco.Mesh());
+    const of_cloud = new draco.Decoder().DecodeArrayToPointCloud(new Int8Array(given), given.length, new draco.PointCloud());
+    return [status.ok(), status.code(), of_cloud.code()];
+  };
+  for (let length = 0; length < 14; ++length) same_answers((draco) => codes(draco, bytes.slice(0, length)), `${length} bytes`);
+  for (const [place, values] of [[0, [1]], [4, [0]], [5, [0, 3, 255]], [6, [3, 255]], [7, [0, 2]], [8, [2, 9]]])
+    for (const value of values)
+      same_answers((draco) => codes(draco, bytes.with(place, value)), `byte ${place} is ${value}`);
+  assert.deepEqual(codes(ours, cloud).slice(0, 2), codes(theirs, cloud).slice(0, 2));
+  for (const [place, value] of [[5, 1], [6, 1]]) assert.equal(codes(ours, bytes.with(place, value))[1], ours.UNSUPPORTED_VERSION);
+});
+
+test('the kind of a stream', () => {
+  const bytes = stream();
+  for (const given of [bytes, encode_cloud(10), bytes.with(0, 1), bytes.with(7, 2), bytes.subarray(0, 7), bytes.subarray(0, 8)])
+    same_answers((draco) => new draco.Decoder().GetEncodedGeometryType(new Int8Array(given)), `${given.subarray(0, 8)}`);
+  same_answers((draco) => new draco.Decoder().GetEncodedGeometryType(bytes.slice().buffer), 'an ArrayBuffer');
+  assert.equal(new ours.Decoder().GetEncodedGeometryType(new ours.DecoderBuffer()), ours.INVALID_GEOMETRY_TYPE);
+});
+
+// Everything that can be read of an attribute, in every type.
+function read_all({ decoder, mesh }, draco) {
+  const arrays = [...['Int8', 'UInt8', 'Int16', 'UInt16', 'Int32', 'UInt32', 'Int'].map((name) => [name, /UInt/.test(name) ? name : name === 'Int' ? 'Int32' : name]), ['Float', 'Float32']];
+  return Array.from({ length: mesh.num_attributes() }, (_, i) => {
+    const attribute = decoder.GetAttribute(mesh, i), components = attribute.num_components(), data = attribute.GetAttributeTransformData();
+    const facts = [attribute.attribute_type(), attribute.data_type(), components, attribute.normalized(), attribute.unique_id(),
+      attribute.byte_stride(), draco.getPointer(data) !== 0 && data.transform_type()];
+    const read = arrays.filter(([name]) => name !== 'Float' || components <= 4).map(([name, of]) => {
+      const out = new draco[`Draco${of}Array`]();
+      return [name, decoder[`GetAttribute${name}ForAllPoints`](mesh, attribute, out) && values_of(out)];
+    });
+    // Stored values, by their numbers.
+    const stored = [attribute.size()], value = new draco.DracoFloat32Array();
+    for (const number of new Set([0, 1, attribute.size() >> 1, attribute.size() - 1]))
+      if (components <= 4) stored.push(decoder.GetAttributeFloat(attribute, number, value) && values_of(value));
+    const written = [];
+    for (let type = 0; type <= draco.DT_TYPES_COUNT; ++type) {
+      const bytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1, 4][type], size = bytes * mesh.num_points() * components, at = draco._malloc(size);
+      written.push(decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, at) && draco.HEAPU8.slice(at, at + size));
+      draco._free(at);
+    }
+    return { facts, stored, read, written };
+  });
+}
+// Streams whose attributes are described as those of another type. Draco stores unquantized values as their bytes. Those of
+// positions are 0 and 1, because other bytes in place of bools are undefined in draco3d.
+const { faces } = grid(5);
+const bits_as_floats = (bits) => new Float32Array(Uint8Array.from({ length: 12 }, (_, i) => (bits >> i) & 1).buffer);
+const bit_grid = { faces, points: Array.from({ length: 36 }, (_, i) => [...bits_as_floats(97 * (i + 1))]) };
+function* retyped(bytes) {
+  const { POSITION, TEX_COORD, DT_FLOAT32 } = theirs, bytes_of = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1];
+  for (const [semantic, components] of [[POSITION, 3], [TEX_COORD, 2]]) {
+    const at = bytes.findIndex((_, i) => [semantic, DT_FLOAT32, components, 0].every((value, k) => bytes[i + k] === value));
+    if (at < 0) continue;
+    for (let type = 1; type < bytes_of.length; ++type)
+      for (const normalized of [0, 1])
+        if ((4 * components) % bytes_of[type] === 0 && (type !== theirs.DT_BOOL || semantic === POSITION))
+          yield bytes.with(at + 1, type).with(at + 2, (4 * components) / bytes_of[type]).with(at + 3, normalized);
+  }
+}
+
+for (const method of ['edgebreaker', 'sequential']) {
+  test(`each type of value: ${method}`, () => {
+    for (const bits of [0, 11])
+      for (const skipped of [[], kSemantics, ['COLOR'], ['GENERIC']]) {
+        const bytes = stream({ method, bits });
+        same_answers((draco) => read_all(decoded(draco, bytes, skipped), draco), `${bits} bits, ${skipped}`);
+      }
+  });
+  test(`each type of stored value: ${method}`, () => {
+    let count = 0;
+    for (const bytes of retyped(encode(bit_grid, { method, speed: 10, bits: 0, extra: true }))) {
+      const is_ok = decoded(theirs, bytes).status.ok();
+      assert.equal(decoded(ours, bytes).status.ok(), is_ok, `${bytes}`);
+      if (is_ok) same_answers((draco) => read_all(decoded(draco, bytes), draco), `${bytes}`);
+      count += is_ok ? 1 : 0;
+    }
+    assert.ok(count >= 30, `${count} streams`);
+  });
+}

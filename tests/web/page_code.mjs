@@ -1,0 +1,24 @@
+// The package's code as pages have it when a bundler made it.
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import { modules_folder, package_folder } from './load.mjs';
+
+const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
+
+/**
+ * A file of the package with what it imports, minified, and without the loader's own code. What is imported later is left out.
+ * @returns {Promise<Buffer>}
+ */
+export async function code_of_page(name) {
+  const entry = path.join(package_folder, name);
+  const { outputFiles, metafile } = await build({ entryPoints: [entry], bundle: true, minify: true, format: 'esm', splitting: true,
+    outdir: package_folder, write: false, metafile: true, external: ['three', 'three/*', '@gltf-transform/core'], logLevel: 'error' });
+  const outputs = new Map(Object.entries(metafile.outputs).map(([file, output]) => [path.resolve(file), output])), needed = new Set();
+  const need = (file) => {
+    needed.add(file);
+    for (const { path: imported, kind, external } of outputs.get(file).imports)
+      if (kind === 'import-statement' && !external && !needed.has(path.resolve(imported))) need(path.resolve(imported));
+  };
+  need(entry);
+  return Buffer.concat(outputFiles.filter((file) => needed.has(file.path)).map(({ contents }) => contents));
+}

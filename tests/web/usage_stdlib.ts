@@ -1,0 +1,12 @@
+// The package's types with those of three-stdlib, which drei's useGLTF has. types_test.mjs compiles it; it never runs.
+import type { Pool } from 'psplit';
+import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
+import { GLTFLoader } from 'three-stdlib';
+
+// For useGLTF(path, useDraco, useMeshopt, extend(pool)).
+export function extend(pool: Pool): (loader: GLTFLoader) => void {
+  return (loader) => {
+    loader.register((parser) => new PsplitPlugin(parser, { pool }));
+    loader.setDRACOLoader(new PsplitDracoLoader({ pool }));
+  };
+}

@@ -1,0 +1,117 @@
+// Bytes that arrive from the first to the last.
+import { PsplitError } from './error.js';
+import { check_signal } from './job.js';
+
+/** A signal that aborts with others (null and undefined are left out) and when end() is called, which lets go of them. */
+export function signal_of(...others) {
+  const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();
+  const signals = others.filter((other) => other != null);
+  signals.forEach(check_signal);
+  for (const other of signals) other.addEventListener('abort', abort);
+  if (signals.some(({ aborted }) => aborted)) abort();
+  return { signal, end() {
+    for (const other of signals) other.removeEventListener('abort', abort);
+    abort();
+  } };
+}
+
+// How to read from a ReadableStream, over which not all browsers can iterate, or from an AsyncIterable.
+function reader_of(source) {
+  if (typeof source?.getReader === 'function') {
+    const reader = source.getReader();
+    return { next: () => reader.read(), cancel: () => reader.cancel() };
+  }
+  const iterator = source?.[Symbol.asyncIterator]?.();
+  if (iterator === undefined) throw new PsplitError('the data is no stream', 'invalid-input');
+  return { next: () => iterator.next(), cancel: async () => iterator.return?.() };
+}
+
+export class ArrivingBytes {
+  #chunks = [];
+  #length = 0;
+  #is_complete = false;
+  #error;
+  #changed = [];  // functions that wait for a change
+
+  /**
+   * @param {AsyncIterable<Uint8Array> | ReadableStream<Uint8Array>} source
+   * @param {AbortSignal} [signal] ends it: what waits for bytes then rejects
+   */
+  constructor(source, signal) {
+    this.#read(source, signal);
+  }
+
+  get length() {
+    return this.#length;
+  }
+  get is_complete() {
+    return this.#is_complete;
+  }
+
+  // Resolves when the first `count` bytes are there, or all.
+  async until(count) {
+    while (this.#length < count && !this.#is_complete && this.#error === undefined) await this.#change();
+    if (this.#error !== undefined && this.#length < count) throw this.#error;
+  }
+
+  // Views of bytes [begin, end), or of those that there are of them, as they arrive.
+  async* chunks(begin, end = Infinity) {
+    for (let i = 0, at = 0; at < end; ++i) {
+      while (i === this.#chunks.length && !this.#is_complete && this.#error === undefined) await this.#change();
+      if (i === this.#chunks.length && this.#error !== undefined) throw this.#error;
+      if (i === this.#chunks.length) return;
+      const bytes = this.#chunks[i], view = bytes.subarray(Math.max(0, begin - at), Math.max(0, Math.min(bytes.length, end - at)));
+      at += bytes.length;
+      if (view.length > 0) yield view;
+    }
+  }
+
+  // A copy of these bytes, when they are there.
+  async bytes(begin, end = Infinity) {
+    await this.until(end);
+    return this.copy(begin, end);
+  }
+  copy(begin, end = Infinity) {
+    const copy = new Uint8Array(Math.max(0, Math.min(end, this.#length) - begin));
+    let at = 0;
+    for (const bytes of this.#chunks) {
+      if (at < end && at + bytes.length > begin)
+        copy.set(bytes.subarray(Math.max(0, begin - at), end - at), Math.max(0, at - begin));
+      at += bytes.length;
+    }
+    return copy;
+  }
+
+  async #read(source, signal) {
+    let reader;
+    const fail = (error) => {
+      this.#error ??= error instanceof PsplitError ? error : new PsplitError(error?.message ?? String(error), 'failed');
+      reader?.cancel().catch(() => {});
+      this.#wake();
+    };
+    const abort = () => fail(new PsplitError('aborted', 'aborted'));
+    signal?.addEventListener('abort', abort);
+    try {
+      reader = reader_of(source);
+      if (signal?.aborted) abort();
+      while (this.#error === undefined && !this.#is_complete) {
+        const { done, value } = await reader.next();
+        if (this.#error !== undefined) break;
+        if (!done && !(value instanceof Uint8Array)) throw new PsplitError('a chunk is not a Uint8Array', 'invalid-input');
+        this.#is_complete = done === true;
+        if (!done) this.#chunks.push(value);
+        this.#length += value?.length ?? 0;
+        this.#wake();
+      }
+    } catch (error) {
+      fail(error);
+    }
+    signal?.removeEventListener('abort', abort);
+  }
+  #change() {
+    return new Promise((resolve) => this.#changed.push(resolve));
+  }
+  #wake() {
+    for (const resolve of this.#changed.splice(0)) resolve();
+  }
+}

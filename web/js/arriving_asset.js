@@ -1,0 +1,132 @@
+// A GLB or glTF file, or a container alone, whose bytes are used as they arrive.
+import { ArrivingBytes } from './arriving.js';
+import { as_psplit_error, PsplitError } from './error.js';
+import { check_counts, kExtensionName, stored_primitive } from './gltf.js';
+
+const kGlb = 0x46546c67, kContainer = 0x4c505350, kJsonChunk = 0x4e4f534a, kChunkHeader = 8, kGlbHeader = 12;
+const invalid = (message) => new PsplitError(message, 'invalid-input');
+
+async function fetched(input, signal) {
+  let response = input;
+  try {
+    if (!(input instanceof Response)) response = await fetch(input, { signal });
+  } catch (error) {
+    throw signal?.aborted ? new PsplitError('aborted', 'aborted') : new PsplitError(`${input?.url ?? input}: ${error.message}`, 'failed');
+  }
+  if (!response.ok || response.body === null) throw new PsplitError(`${response.url}: HTTP status ${response.status}`, 'failed');
+  return response;
+}
+
+// The container that a primitive names. Primitives with equal keys are equal.
+const key_of = ({ attributes, indices, extensions }) => JSON.stringify([attributes, indices, extensions[kExtensionName]]);
+
+export class ArrivingAsset {
+  json = null;  // of a container alone
+  #file;        // ArrivingBytes
+  #resolve;
+  #binary = 0;  // where the GLB's binary chunk begins in the file
+  #buffers = new Map();  // ArrivingBytes of other files
+  #signal;
+
+  /**
+   * Resolves when the JSON is there.
+   * @param {string | URL | Request | Response} input
+   * @param {AbortSignal} [signal] ends the arrival
+   * @param {(uri: string) => URL | Request} [resolve] what to fetch for an address of the JSON
+   */
+  static async open(input, signal, resolve) {
+    const response = await fetched(input, signal), asset = new ArrivingAsset();
+    asset.#file = new ArrivingBytes(response.body, signal);
+    asset.#resolve = resolve ?? ((uri) => new URL(uri, response.url || globalThis.location?.href));
+    asset.#signal = signal;
+    await asset.#read_json();
+    return asset;
+  }
+
+  async #read_json() {
+    const word = (bytes, at) => new DataView(bytes.buffer).getUint32(at, true);
+    const head = await this.#file.bytes(0, kGlbHeader + kChunkHeader);
+    const magic = head.length < 4 ? 0 : word(head, 0);
+    if (magic === kContainer) return;
+    let text = null;
+    if (magic === kGlb && head.length === kGlbHeader + kChunkHeader && word(head, 4) === 2 && word(head, 16) === kJsonChunk) {
+      const end = head.length + word(head, 12);
+      text = await this.#file.bytes(head.length, end);
+      this.#binary = end + kChunkHeader;
+    } else if (magic !== kGlb) {
+      text = await this.#file.bytes(0);
+    }
+    try {
+      this.json = JSON.parse(new TextDecoder().decode(text));
+    } catch {
+      throw invalid('the file is no GLB, no glTF and no container');
+    }
+  }
+
+  // The buffer views with containers: { view, attributes, primitive, uses }. `uses` has the places of the primitives that are
+  // made of it. Errors: as stored_primitive.
+  containers() {
+    if (this.json === null) return [{ view: null, uses: [{}] }];
+    const by_key = new Map();
+    try {
+      for (const [mesh, { primitives }] of (this.json.meshes ?? []).entries())
+        for (const [number, primitive] of primitives.entries()) this.#add_container(by_key, primitive, { mesh, primitive: number });
+    } catch (error) {
+      throw as_psplit_error(error);
+    }
+    return [...by_key.values()];
+  }
+  #add_container(by_key, primitive, use) {
+    try {
+      const stored = stored_primitive(this.json, primitive);
+      if (stored === undefined) return;
+      const key = key_of(primitive);
+      if (!by_key.has(key)) by_key.set(key, { view: stored.bufferView, attributes: stored.attributes, primitive, uses: [] });
+      by_key.get(key).uses.push(use);
+    } catch (error) {
+      throw this.placed(as_psplit_error(error), use);
+    }
+  }
+
+  // Throws if a decoded mesh does not fit the accessors.
+  check({ primitive, attributes, uses }, mesh) {
+    try {
+      if (primitive !== undefined) check_counts(this.json, primitive, attributes, mesh);
+    } catch (error) {
+      throw this.placed(error, uses[0]);
+    }
+  }
+  // The error with its place, unless it is not the decoder's.
+  placed(error, { mesh, primitive }) {
+    if (mesh === undefined || !(error instanceof PsplitError) || error.code === 'aborted') return error;
+    const message = `mesh ${mesh}, primitive ${primitive}: ${error.message}`;
+    return Object.assign(new PsplitError(message, error.code), { patch: error.patch, mesh, primitive, cause: error });
+  }
+
+  // The bytes of a buffer view as they arrive; null: of the whole file.
+  async* chunks(view) {
+    if (view === null) return yield* this.#file.chunks(0);
+    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[view], { bytes, begin } = await this.#buffer(buffer);
+    yield* bytes.chunks(begin + byteOffset, begin + byteOffset + byteLength);
+  }
+  // All bytes of a buffer view, or of a part of a buffer.
+  view(number) {
+    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[number];
+    return this.buffer(buffer, byteOffset, byteLength);
+  }
+  async buffer(number, offset = 0, length = this.json.buffers[number].byteLength) {
+    const { bytes, begin } = await this.#buffer(number);
+    return bytes.bytes(begin + offset, begin + offset + length);
+  }
+
+  // Where a buffer's bytes arrive. Other files are asked for when they are needed.
+  async #buffer(number) {
+    const uri = this.json.buffers?.[number]?.uri;
+    if (uri === undefined && this.#binary === 0) throw invalid(`buffer ${number} has no bytes`);
+    if (uri === undefined) return { bytes: this.#file, begin: this.#binary };
+    if (!this.#buffers.has(number))
+      this.#buffers.set(number, fetched(this.#resolve(uri), this.#signal)
+        .then(({ body }) => new ArrivingBytes(body, this.#signal)));
+    return { bytes: await this.#buffers.get(number), begin: 0 };
+  }
+}

@@ -1,0 +1,52 @@
+// psplit/gltf: a glTF asset as typed arrays, without a loader.
+import type { Bytes, ComponentArray, ComponentType, Pool } from './index.js';
+
+export interface AssetOptions {
+  /** Decodes in its workers. By default the calling thread decodes. */
+  pool?: Pool;
+  /** Ends the job: its promise rejects with the code `aborted`. */
+  signal?: AbortSignal;
+}
+
+export interface DecodedAccessor {
+  type: ComponentType;
+  componentCount: number;
+  normalized: boolean;
+  /** `componentCount` components for each point, without gaps. */
+  array: ComponentArray;
+}
+
+export interface DecodedPrimitive {
+  /** The numbers of the mesh, and of the primitive in it. */
+  mesh: number;
+  primitive: number;
+  /** glTF's: 4 is a list of triangles. */
+  mode: number;
+  /** The number of the material, if it has one. */
+  material?: number;
+  /** How the asset stores it: in patches, in stock Draco, or without compression. */
+  coding: 'patches' | 'draco' | 'none';
+  pointCount: number;
+  /** In the type of the accessor; null if the primitive has no indices. */
+  indices: Uint8Array | Uint16Array | Uint32Array | null;
+  /** By glTF's names: POSITION, NORMAL, TEXCOORD_0 and so on. */
+  attributes: Record<string, DecodedAccessor>;
+}
+
+export interface DecodedAsset {
+  /** The asset's JSON: nodes, materials and all else. */
+  json: any;
+  /** All primitives of all meshes, in their order. Primitives that share what is stored may share arrays. */
+  primitives: DecodedPrimitive[];
+}
+
+/**
+ * Decodes all primitives of a GLB, or of the JSON of a .gltf: PSPLIT_mesh_draco_patches, KHR_draco_mesh_compression, and what is
+ * not compressed. Any bytes may be given. Fallbacks are read if what is compressed cannot be decoded, except if it is invalid.
+ * Morph targets, images and animations are not read. Errors name mesh and primitive.
+ * @param options `url`: the asset's address, from which the addresses of other files are taken
+ */
+export function decodeGlb(data: Bytes, options?: AssetOptions & { url?: string | URL }): Promise<DecodedAsset>;
+
+/** Loads a .glb or .gltf with its other files, and decodes it as decodeGlb does. */
+export function decodeGltf(url: string | URL, options?: AssetOptions): Promise<DecodedAsset>;

@@ -1,0 +1,242 @@
+// psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
+import { signal_of } from './arriving.js';
+import { as_psplit_error, PsplitError } from './error.js';
+import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive }
+  from './gltf.js';
+import { decodeContainer, decodeDraco } from './index.js';
+import { bytes_of } from './job.js';
+import { is_node, node_module } from './node.js';
+import { array_of } from './types.js';
+
+const kDraco = 'KHR_draco_mesh_compression', kMeshopt = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
+const kGlb = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+const on_this_thread = { decodeContainer, decodeDraco };
+
+const invalid = (message) => new PsplitError(message, 'invalid-input');
+const ended = () => new PsplitError('aborted', 'aborted');
+
+async function fetch_bytes(url, signal) {
+  try {
+    if (is_node && url.protocol === 'file:') {
+      const { readFile } = await node_module('node:fs/promises');
+      return new Uint8Array(await readFile(url, { signal }));
+    }
+    const response = await fetch(url, { signal });
+    if (!response.ok) throw new Error(`HTTP status ${response.status}`);
+    return new Uint8Array(await response.arrayBuffer());
+  } catch (error) {
+    if (signal.aborted) throw ended();
+    throw new PsplitError(`${url} cannot be loaded: ${error.message}`, 'failed');
+  }
+}
+
+// The JSON and the binary chunk of a GLB; or the JSON of a .gltf.
+function parse(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const json_of = (text) => {
+    try {
+      return JSON.parse(new TextDecoder().decode(text));
+    } catch (error) {
+      throw invalid(`not a glTF asset: ${error.message}`);
+    }
+  };
+  if (bytes.length < 20 || view.getUint32(0, true) !== kGlb) return { json: json_of(bytes) };
+  const version = view.getUint32(4, true), end = Math.min(bytes.length, view.getUint32(8, true)), chunks = new Map();
+  if (version !== 2) throw new PsplitError(`the GLB has version ${version}`, 'unsupported');
+  for (let at = 12; at + 8 <= end;) {
+    const length = view.getUint32(at, true), kind = view.getUint32(at + 4, true);
+    if (at + 8 + length > end) throw invalid('the GLB ends early');
+    if (!chunks.has(kind)) chunks.set(kind, bytes.subarray(at + 8, at + 8 + length));
+    at += 8 + length + (-length & 3);
+  }
+  if (!chunks.has(kJsonChunk)) throw invalid('the GLB has no JSON');
+  return { json: json_of(chunks.get(kJsonChunk)), binary: chunks.get(kBinaryChunk) };
+}
+
+class Asset {
+  #json;
+  #binary;
+  #url;
+  #decoder;
+  #signal;
+  #buffers = new Map();  // promises of bytes by number
+  #meshes = new Map();   // promises of decoded meshes by what is stored, because primitives may share it
+
+  constructor({ json, binary }, url, decoder, signal) {
+    this.#json = json;
+    this.#binary = binary;
+    this.#url = url;
+    this.#decoder = decoder;
+    this.#signal = signal;
+  }
+
+  async primitives() {
+    const places = (this.#json.meshes ?? []).flatMap(({ name, primitives }, m) =>
+      primitives.map((definition, p) => [definition, m, p, name === undefined ? '' : ` "${name}"`]));
+    return Promise.all(places.map(async ([definition, m, p, name]) => {
+      try {
+        const { mode = 4, material } = definition;
+        return { mesh: m, primitive: p, mode, ...(material !== undefined && { material }), ...await this.#primitive(definition) };
+      } catch (error) {
+        const { code, message, patch } = as_psplit_error(error);
+        throw Object.assign(new PsplitError(`mesh ${m}${name}, primitive ${p}: ${message}`, code),
+          { patch, mesh: m, primitive: p, cause: error });
+      }
+    }));
+  }
+
+  async #primitive(definition) {
+    const { [kExtensionName]: patches, [kDraco]: draco } = definition.extensions ?? {};
+    const compressed = patches ?? draco;
+    if (compressed === undefined) return this.#plain_primitive(definition);
+    const is_patches = patches !== undefined, names = Object.keys(compressed.attributes ?? {});
+    try {
+      const decoded = await (is_patches ? this.#patches(definition) : this.#draco(definition, draco));
+      return { ...decoded, attributes: { ...await this.#attributes(definition, names), ...decoded.attributes } };
+    } catch (error) {
+      // What cannot be decoded may have a fallback, but not what is invalid.
+      const accessors = [definition.indices, ...names.map((name) => definition.attributes[name])];
+      const has_fallback = accessors.every((i) => this.#json.accessors[i]?.bufferView !== undefined);
+      if (!['unsupported', 'failed', 'out-of-memory'].includes(error.code) || !has_fallback) throw error;
+      return this.#plain_primitive(definition);
+    }
+  }
+
+  async #patches(definition) {
+    const { bufferView, attributes } = stored_primitive(this.#json, definition);
+    const mesh = await this.#decoded('decodeContainer', bufferView, attributes);
+    return { coding: 'patches', pointCount: mesh.pointCount, indices: fitting_indices(this.#json, definition, mesh),
+      attributes: by_name(mesh.attributes) };
+  }
+  async #draco(definition, { bufferView, attributes }) {
+    const requests = Object.entries(attributes).map(([name, uniqueId]) => {
+      const { componentType, normalized = false } = this.#accessor(definition.attributes[name]);
+      return { name, uniqueId, type: kComponentTypes[componentType], normalized };
+    });
+    const mesh = await this.#decoded('decodeDraco', bufferView, requests);
+    const Type = kIndexArrays[this.#json.accessors?.[definition.indices]?.componentType] ?? Uint32Array;
+    const fits = mesh.pointCount < 2 ** (8 * Type.BYTES_PER_ELEMENT);
+    return { coding: 'draco', pointCount: mesh.pointCount,
+      indices: Type === Uint32Array || !fits ? mesh.indices : new Type(mesh.indices),
+      attributes: by_name(mesh.attributes.map((attribute, i) => ({ ...attribute, normalized: requests[i].normalized }))) };
+  }
+  #decoded(decode, view, attributes) {
+    const key = JSON.stringify([decode, view, attributes]);
+    if (!this.#meshes.has(key)) {
+      this.#meshes.set(key, this.#view(view).then((bytes) => {
+        if (this.#signal.aborted) throw ended();
+        return this.#decoder[decode](bytes, { attributes, signal: this.#signal });
+      }));
+    }
+    return this.#meshes.get(key);
+  }
+
+  async #plain_primitive(definition) {
+    const attributes = await this.#attributes(definition, []), { indices } = definition;
+    const pointCount = Math.min(...Object.values(attributes).map(({ array, componentCount }) => array.length / componentCount));
+    return { coding: 'none', pointCount: Number.isFinite(pointCount) ? pointCount : 0,
+      indices: indices === undefined ? null : (await this.#values(indices)).array, attributes };
+  }
+  // The attributes that are not compressed. `names`: of those that are.
+  async #attributes({ attributes }, names) {
+    const plain = Object.entries(attributes ?? {}).filter(([name]) => !names.includes(name));
+    return Object.fromEntries(await Promise.all(plain.map(async ([name, accessor]) => [name, await this.#values(accessor)])));
+  }
+
+  #accessor(i) {
+    const accessor = this.#json.accessors?.[i];
+    if (accessor === undefined) throw invalid(`there is no accessor ${i}`);
+    const { componentType, type, count } = accessor, is_typed = componentType in kComponentTypes && type in kComponentCounts;
+    if (!is_typed || !Number.isInteger(count) || count < 0)
+      throw invalid(`accessor ${i} has no valid type or count`);
+    return accessor;
+  }
+  async #values(i) {
+    const accessor = this.#accessor(i), { bufferView, componentType, type, normalized = false, sparse } = accessor;
+    if (bufferView === undefined) throw new PsplitError(`accessor ${i} has no buffer view`, 'unsupported');
+    const bytes = packed(await this.#view(bufferView), accessor, this.#json.bufferViews[bufferView]);
+    const componentCount = kComponentCounts[type], array = new (array_of(kComponentTypes[componentType]))(bytes.buffer);
+    if (sparse !== undefined) await this.#apply_sparse(array, componentCount, accessor, sparse);
+    return { type: kComponentTypes[componentType], componentCount, normalized, array };
+  }
+  async #apply_sparse(array, componentCount, { componentType, type }, { count, indices, values }) {
+    const read = async (Type, { bufferView, byteOffset }, description) =>
+      new Type(packed(await this.#view(bufferView), { ...description, byteOffset, count }, {}).buffer);
+    const places = await read(kIndexArrays[indices.componentType], indices, { componentType: indices.componentType, type: 'SCALAR' });
+    const from = await read(array.constructor, values, { componentType, type });
+    places.forEach((place, i) =>
+      array.set(from.subarray(i * componentCount, (i + 1) * componentCount), place * componentCount));
+  }
+
+  async #view(i) {
+    const view = this.#json.bufferViews?.[i];
+    if (view === undefined) throw invalid(`there is no buffer view ${i}`);
+    const { buffer, byteOffset = 0, byteLength, extensions } = view;
+    const meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
+    if (meshopt !== undefined) throw new PsplitError(`buffer view ${i} has ${meshopt}`, 'unsupported');
+    const bytes = await this.#buffer(buffer);
+    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length))
+      throw invalid(`buffer view ${i} is not in its buffer`);
+    return bytes.subarray(byteOffset, byteOffset + byteLength);
+  }
+  #buffer(i) {
+    if (!this.#buffers.has(i)) this.#buffers.set(i, this.#load_buffer(i));
+    return this.#buffers.get(i);
+  }
+  async #load_buffer(i) {
+    const { uri } = this.#json.buffers?.[i] ?? {};
+    if (uri === undefined) {
+      if (i !== 0 || this.#binary === undefined) throw invalid(`there is no buffer ${i}`);
+      return this.#binary;
+    }
+    if (uri.startsWith('data:')) {
+      const comma = uri.indexOf(','), text = uri.slice(comma + 1);
+      const characters = uri.slice(0, comma).endsWith(';base64') ? atob(text) : decodeURIComponent(text);
+      return Uint8Array.from(characters, (character) => character.charCodeAt(0));
+    }
+    if (this.#url === undefined)
+      throw invalid(`buffer ${i} is in the file ${uri}: the option \`url\` has to say where the asset is`);
+    return fetch_bytes(new URL(uri, this.#url), this.#signal);
+  }
+}
+
+const by_name = (attributes) => Object.fromEntries(attributes.map(({ name, type, componentCount, normalized, array }) =>
+  [name, { type, componentCount, normalized, array }]));
+const absolute = (url) => (url == null ? undefined : new URL(url, globalThis.location?.href));
+
+// Runs use(signal). What it began ends with the caller's signal, or if it fails.
+async function ending(outer, use) {
+  const { signal, end } = signal_of(outer);
+  try {
+    if (signal.aborted) throw ended();
+    return await use(signal);
+  } catch (error) {
+    throw signal.aborted ? ended() : as_psplit_error(error);
+  } finally {
+    end();
+  }
+}
+
+async function decoded_asset(bytes, { pool, url }, signal) {
+  const parsed = parse(bytes);
+  return { json: parsed.json, primitives: await new Asset(parsed, absolute(url), pool ?? on_this_thread, signal).primitives() };
+}
+
+export async function decodeGlb(data, options) {
+  const given = options ?? {}, bytes = bytes_of(data);
+  return ending(given.signal, (signal) => decoded_asset(bytes, given, signal));
+}
+
+export async function decodeGltf(url, options) {
+  const given = options ?? {};
+  return ending(given.signal, async (signal) => {
+    let address;
+    try {
+      address = absolute(url);
+    } catch {
+      throw invalid(`${url} is not an address`);
+    }
+    if (address === undefined) throw invalid('there is no address');
+    return decoded_asset(await fetch_bytes(address, signal), { ...given, url: address }, signal);
+  });
+}
