@@ -56,18 +56,21 @@ class WaitingEdges {
 
   PSPLIT_HD void push(uint32_t edge) {
     if constexpr (PSPLIT_MOVES_ROWS) {
-      stack_[stack_size_++] = top_;
-      top_ = static_cast<Index>(edge);
+      stack_[stack_size_++] = top_.edge;
+      top_.edge = static_cast<Index>(edge);
     } else {
       stack_[stack_size_++] = static_cast<Index>(edge);
     }
   }
   // kNone from an empty stack.
   PSPLIT_HD uint32_t pop() {
-    if constexpr (!PSPLIT_MOVES_ROWS) return stack_size_ > 0 ? stack_[--stack_size_] : kNone<Index>;
-    const Index edge = top_;
-    if (stack_size_ > 0) top_ = stack_[--stack_size_];
-    return edge;
+    if constexpr (!PSPLIT_MOVES_ROWS) {
+      return stack_size_ > 0 ? stack_[--stack_size_] : kNone<Index>;
+    } else {
+      const Index edge = top_.edge;
+      if (stack_size_ > 0) top_.edge = stack_[--stack_size_];
+      return edge;
+    }
   }
   // The edge for the S that is symbol i.
   PSPLIT_HD uint32_t take(uint32_t i) {
@@ -93,7 +96,11 @@ class WaitingEdges {
 
   View<Index> stack_;
   uint32_t stack_size_ = 0;
-  Index top_ = kNone<Index>;  // for devices: the edge on top is not in the array, so that no S waits for a load
+  // For devices: the edge on top is not in the array, so that no S waits for a load.
+  struct Top {
+    Index edge = kNone<Index>;
+  };
+  [[no_unique_address]] ForDevices<Top> top_;
   View<const SplitEvent> events_;  // those to come, the next one last
   uint32_t source_ = ~0u;          // of the next event
   View<Index> set_aside_;          // by symbol; empty without events
@@ -256,7 +263,7 @@ class FaceRows<Index, true> {
 template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols>
 PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& result) {
   using Rows = FaceRows<Index, kMovesRows>;
-  Connectivity<Index> mesh = result;
+  typename CopyIf<kMovesRows, Connectivity<Index>>::Type mesh = result;
   const ConnectivityCounts counts = mesh.counts;
   const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   const View<BorderEdge<Index>> border = mesh.border;

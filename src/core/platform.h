@@ -81,6 +81,29 @@
 
 namespace psplit::core {
 
+// A member that only devices use. Hosts have it too, because the host and the device must agree on where
+// members are. Only small code, which no device runs, has an empty one.
+template <bool kIsUsed, typename T>
+struct MemberIf {
+  using Type = T;
+};
+template <typename T>
+struct MemberIf<false, T> {
+  struct Type {};
+};
+template <typename T>
+using ForDevices = typename MemberIf<!PSPLIT_IS_SMALL_CODE, T>::Type;
+
+// A copy, which a device keeps in registers: it would load members again after each store. Or a reference.
+template <bool kIsCopy, typename T>
+struct CopyIf {
+  using Type = T&;
+};
+template <typename T>
+struct CopyIf<true, T> {
+  using Type = T;
+};
+
 // The position of the highest set bit; 0 for 0.
 PSPLIT_HD inline uint32_t floor_log2(uint32_t value) {
 #if defined(__CUDA_ARCH__)

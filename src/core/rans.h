@@ -240,8 +240,17 @@ class RansTable {
 };
 
 // The bytes before a place in a block, from the last to the first. For devices: it loads aligned words, each
-// one word before it is needed, so that no symbol waits for its bytes.
+// one word before it is needed, so that no symbol waits for its bytes. Small code has an empty one.
+template <bool kIsUsed>
 class BytesBefore {
+ public:
+  BytesBefore() = default;
+  PSPLIT_HD BytesBefore(const uint8_t*, const uint8_t*) {}
+  PSPLIT_HD uint32_t next_four() const { return 0; }
+  PSPLIT_HD void take(uint32_t, const uint8_t*) {}
+};
+template <>
+class BytesBefore<true> {
  public:
   BytesBefore() = default;
   // `end` is behind the last byte of the block. At least three bytes come before the block.
@@ -281,6 +290,8 @@ class BytesBefore {
 
 // A block of symbols.
 class RansSymbols {
+  using Before = BytesBefore<!PSPLIT_IS_SMALL_CODE>;
+
  public:
   PSPLIT_HD Fault start(ByteReader& reader, const RansTable& table) {
     base_ = 4u << table.precision_bits();
@@ -289,7 +300,7 @@ class RansSymbols {
     if (!reader.skip(size) || reader.truncated()) return Fault::kTruncated;
     size_ = static_cast<size_t>(size);
     if (!read_rans_state(block_, &size_, base_, 4, &state_)) return Fault::kEntropy;
-    if constexpr (PSPLIT_MOVES_ROWS) before_ = BytesBefore(block_, block_ + size_);
+    if constexpr (PSPLIT_MOVES_ROWS) before_ = Before(block_, block_ + size_);
     return Fault::kNone;
   }
 
@@ -339,7 +350,7 @@ class RansSymbols {
   const uint8_t* block_ = nullptr;
   size_t size_ = 0;
   uint32_t state_ = 0, base_ = 0;
-  BytesBefore before_;  // only for devices
+  [[no_unique_address]] Before before_;
 };
 
 }  // namespace psplit::core

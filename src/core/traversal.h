@@ -161,7 +161,7 @@ class DepthFirstTraversal {
   PSPLIT_HD PSPLIT_INLINE void step() {
     const uint32_t corner = corner_;
     Rows to_right, to_left;
-    const auto [right, left, vertex] = PSPLIT_MOVES_ROWS ? rows_.neighbours(corner) : walk_.neighbours(corner);
+    const auto [right, left, vertex] = neighbours();
     if constexpr (PSPLIT_MOVES_ROWS) to_right = walk_.rows(right), to_left = walk_.rows(left);
     walk_.see_face(corner);
     const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
@@ -178,6 +178,12 @@ class DepthFirstTraversal {
  private:
   using Rows = typename Walk<Index>::Rows;
 
+  PSPLIT_HD PSPLIT_INLINE typename Walk<Index>::Neighbours neighbours() const {
+    if constexpr (PSPLIT_MOVES_ROWS)
+      return rows_.neighbours(corner_);
+    else
+      return walk_.neighbours(corner_);
+  }
   PSPLIT_HD PSPLIT_INLINE void go_back() {
     while (waiting_count_ > 0) {
       corner_ = waiting_[--waiting_count_];
@@ -200,7 +206,7 @@ class DepthFirstTraversal {
   uint32_t corner_ = 0, waiting_count_ = 0, start_ = 0;
   // For devices, where loads take long: the rows of the face at corner_. They are loaded together with the
   // marks that say whether the walk goes there.
-  Rows rows_;
+  [[no_unique_address]] ForDevices<Rows> rows_;
 };
 
 // By prediction degree: goes first to faces whose vertices are all seen, then to faces whose new vertex can be
