@@ -112,7 +112,7 @@ class RansTable {
   // each thread of a device that decodes symbols fills those of its own.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
-    is_direct_ = !PSPLIT_MOVES_ROWS && precision_bits == kDirectBits && count >= kFew;
+    is_direct_ = precision_bits == kDirectBits && count >= kFew;
     const uint32_t bucket_bits = count < kFew ? kFewBits : PSPLIT_MOVES_ROWS ? kDeviceBits : kDirectBits;
     bucket_shift_ = precision_bits - bucket_bits;
     const uint32_t symbol_count = reader.varint();
@@ -161,7 +161,7 @@ class RansTable {
 
   // To be called before the first number is looked up.
   PSPLIT_HD void fill_buckets() {
-    if (is_direct_ || is_filled_) return;
+    if (is_direct() || is_filled_) return;
     is_filled_ = true;
     uint32_t filled = 0;
     for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
@@ -174,7 +174,7 @@ class RansTable {
   // The same by lanes. Collective: all lanes share the table.
   template <Lanes L>
   PSPLIT_HD void fill_buckets(L lanes) {
-    const bool is_due = !is_direct_ && !is_filled_ && !slots_.empty();
+    const bool is_due = !is_direct() && !is_filled_ && !slots_.empty();
     lanes.sync();
     if (!is_due) return;
     const View<const Slot> slots = slots_;
@@ -218,7 +218,8 @@ class RansTable {
   }
 
   PSPLIT_HD uint32_t precision_bits() const { return precision_bits_; }
-  PSPLIT_HD bool is_direct() const { return is_direct_; }
+  // Never for devices: their compiler then leaves out all that direct tables need.
+  PSPLIT_HD bool is_direct() const { return !PSPLIT_MOVES_ROWS && is_direct_; }
 
   // The entry of a number in a direct table: its symbol, the symbol's probability, and the number's offset in
   // it, in 32 + 16 + 16 bits.
