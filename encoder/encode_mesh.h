@@ -40,8 +40,9 @@ struct PatchOrder {
 struct EncodeOptions {
   uint32_t patch_count = 1;
   PatchOrder order{};
-  bool boxes = false;    // store the box of each patch (src/container/patch_boxes.h): 6 bytes, and 28 of a mesh
-  int encode_speed = 5;  // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
+  // Store the box of each patch: 6 bytes each, and 28 of a mesh. A viewer chooses by them what it shows first.
+  bool boxes = false;
+  int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses

@@ -139,7 +139,7 @@ TEST(PatchContainer, HasABoxOfEachStream) {
   const double step = 113.0 / 255;
   const double ends[3][2] = {{0, 59}, {10, 113}, {5, 5}};
   for (size_t i = 0; i < 3; ++i)
-    for (const size_t axis : {0, 2}) {
+    for (const size_t axis : {size_t{0}, size_t{2}}) {
       const double low = axis == 0 ? ends[i][0] : -ends[i][1], high = axis == 0 ? ends[i][1] : -ends[i][0];
       EXPECT_LE(boxes[i].low[axis], low);
       EXPECT_GE(boxes[i].low[axis], low - step);
