@@ -6,7 +6,6 @@
 #include "encoder/encode_parts.h"
 #include "encoder/encode_streams.h"
 #include "encoder/welding/reduce.h"
-#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/stopwatch.h"
 
@@ -62,12 +61,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
     encoded.head_bytes = stored.head_bytes;
     encoded.decoded = std::move(stored.decoded);
     encoded.source_point = std::move(stored.source_point);
-    Expected<PatchContainer> opened = open_container(encoded.container);
-    if (opened && options.boxes) {
-      encoded.container = with_boxes(*opened, encoded.decoded);
-      opened = open_container(encoded.container);
-      encoded.head_bytes = opened ? opened->head_bytes : 0;
-    }
+    const Expected<PatchContainer> opened = open_container(encoded.container);
     if (!opened || opened->entries != encoded.entries)
       return runtime_failure("verification: " + (opened ? "another directory" : opened.status().to_string()));
   }

@@ -1,11 +1,14 @@
 #include "encoder/encode_parts.h"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 
+#include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/encode_streams.h"
@@ -13,6 +16,8 @@
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
+#include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
@@ -173,7 +178,9 @@ class PartsEncoder {
                                          std::vector<PointOwner> owners, const Room& room);
   Status begin_container();
   Status check_written(const MeshPart& part);
-  Status verify(const MeshPart& part, Mesh& decoded);
+  Status rename_points(Mesh& decoded);
+  Status verify(const MeshPart& part, const Mesh& decoded);
+  void add_boxes(const MeshPart& part, const Mesh& decoded);
 
   const bool is_whole_;
   const std::span<const AttributeCoding> codings_;
@@ -186,6 +193,7 @@ class PartsEncoder {
   Leftovers leftovers_;                          // of the current container
   uint32_t unused_count_ = 0;                    // points of the current container that no face uses
   std::vector<ValueBounds> bounds_;              // of the current container
+  std::vector<PatchBox> boxes_;                  // of its streams, if they are wanted
   std::shared_ptr<Spill> lone_;                  // the streams that are alone
   bool keeps_owners_ = false;                    // the part has leftovers
   std::vector<PointOwner> owners_;               // of the part's points
@@ -217,6 +225,7 @@ Status PartsEncoder::begin_container() {
   if (!container) return container.status();
   container_.emplace(std::move(*container));
   bounds_.assign(codings_.size(), {});
+  boxes_.clear();
   unused_count_ = 0;
   std::fill(shared_owners_.begin(), shared_owners_.end(), PointOwner());
   return {};
@@ -235,15 +244,24 @@ Status PartsEncoder::finish_container() {
   finished.face_count = container_->face_count();
   if (options_.streams.condense && !is_whole_)
     if (Status status = condense(); !status.ok()) return status;
+  const std::vector<uint8_t> boxes = write_boxes(boxes_);
+  std::vector<uint8_t> boxes_in_head;
+  if (!boxes.empty()) append_head_section(HeadSection::kBoxes, boxes, boxes_in_head);
+  finished.head_bytes = static_cast<uint32_t>(boxes_in_head.size());
   if (condensed_) {
     Expected<std::unique_ptr<Spill>> spill = make_spill_();
     if (!spill) return spill.status();
+    if (!boxes.empty()) {
+      const Expected<PatchContainer> opened = open_container(condensed_->bytes);
+      if (!opened) return opened.status();
+      condensed_->bytes = with_head_section(*opened, HeadSection::kBoxes, boxes);
+    }
     if (Status status = (*spill)->append(condensed_->bytes); !status.ok()) return status;
     finished.bytes = std::move(*spill);
     finished.entries = std::move(condensed_->entries);
-    finished.head_bytes = condensed_->head_bytes;
+    finished.head_bytes += condensed_->head_bytes;
   } else {
-    finished.bytes = container_->finish();
+    finished.bytes = container_->finish(boxes_in_head);
   }
   container_.reset();
   condensed_.reset();
@@ -328,13 +346,11 @@ Status PartsEncoder::append(const MeshPart& part, const Streams& streams, const 
   return unsupported("more points or faces than a container can hold");
 }
 
-// `decoded` names points by their numbers in the container. Renames them first: the points that the part owns,
-// then the points that earlier parts own.
-Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) {
+// `decoded` names points by their numbers in the container. Renames them: the points that the part owns come
+// first, then those that earlier parts own, in the order of foreign_. Of a whole mesh, all stay as they are.
+Status PartsEncoder::rename_points(Mesh& decoded) {
   std::sort(foreign_.begin(), foreign_.end());
   const uint32_t first_point = container_->first_point(first_stream_);
-  std::vector<uint32_t> source_point = source_point_;
-  for (const auto& [number, point] : foreign_) source_point.push_back(point);
   for (auto& face : decoded.faces)
     for (uint32_t& number : face) {
       if (number >= first_point && number - first_point < decoded.point_count) {
@@ -347,8 +363,50 @@ Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) {
                                ", which the part does not use");
       number = decoded.point_count + static_cast<uint32_t>(found - foreign_.begin());
     }
+  return {};
+}
+
+Status PartsEncoder::verify(const MeshPart& part, const Mesh& decoded) {
+  std::vector<uint32_t> source_point = source_point_;
+  for (const auto& [number, point] : foreign_) source_point.push_back(point);
   return verify_mesh(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign_.size()), false,
                      encoded_.statistics.position_error);
+}
+
+// Adds the boxes of the part's streams. The decoded positions of points that earlier parts own are not in
+// memory, but they are those of the input on its grid.
+void PartsEncoder::add_boxes(const MeshPart& part, const Mesh& decoded) {
+  const Attribute* const positions = decoded.find("POSITION");
+  constexpr uint8_t kAxes = 3;
+  if (positions == nullptr || positions->component_count != kAxes) return;
+  const size_t stride = positions->stride();
+  const Attribute& input = *part.mesh.find("POSITION");
+  const AttributeCoding& coding = codings_[static_cast<size_t>(&input - part.mesh.attributes.data())];
+  Array<std::byte> foreign(foreign_.size() * stride);
+  for (size_t i = 0; i < foreign_.size(); ++i) {
+    std::byte* const to = foreign.data() + i * stride;
+    std::memcpy(to, input.values.data() + foreign_[i].second * stride, stride);
+    if (coding.bits == 0) continue;
+    std::array<float, kAxes> value{};
+    std::memcpy(value.data(), to, stride);
+    round_to_grid(value, coding);
+    std::memcpy(to, value.data(), stride);
+  }
+  const std::span<const StreamEntry> entries = container_->entries();
+  StreamPlace place;
+  for (uint32_t i = first_stream_; i < container_->stream_count(); ++i) {
+    place.first_face = place.end_face;
+    place.first_point = place.end_point;
+    place.end_face += entries[i].face_count;
+    place.end_point += entries[i].point_count - entries[i].reference_count;
+    boxes_.push_back(box_of(
+        place, positions->component_type, positions->normalized,
+        [&](size_t corner) { return decoded.faces[corner / 3][corner % 3]; },
+        [&](uint32_t point) {
+          return point < decoded.point_count ? positions->values.data() + point * stride
+                                             : foreign.data() + (point - decoded.point_count) * stride;
+        }));
+  }
 }
 
 // Decodes the part from what was written.
@@ -370,8 +428,11 @@ Status PartsEncoder::check_written(const MeshPart& part) {
   }
   for (size_t i = 0; i < bounds_.size() && !is_whole_; ++i)
     extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
+  if (options_.streams.verify || options_.streams.boxes)
+    if (Status status = rename_points(*decoded); !status.ok()) return status;
+  if (options_.streams.boxes) add_boxes(part, *decoded);
   Status status = options_.streams.verify ? verify(part, *decoded) : Status();
-  if (is_whole_) decoded_ = std::move(*decoded);  // verify() renames no point of a whole mesh
+  if (is_whole_) decoded_ = std::move(*decoded);
   return status;
 }
 

@@ -201,9 +201,9 @@ Status GrowingContainer::check_size(std::span<const AttributeRequest> requests) 
                        directory_.stitch_bytes() + directory_.stream_bytes());
 }
 
-std::unique_ptr<StoredBytes> GrowingContainer::finish() {
+std::unique_ptr<StoredBytes> GrowingContainer::finish(std::span<const uint8_t> head) {
   walks_.reset();
-  return std::make_unique<JoinedBytes>(write_front(), std::move(maps_), std::move(streams_));
+  return std::make_unique<JoinedBytes>(write_front(head), std::move(maps_), std::move(streams_));
 }
 
 }  // namespace psplit

@@ -50,19 +50,19 @@ class GrowingContainer {
   // All streams so far. Errors: kIo, kInvalidInput.
   Expected<Opened> open() const { return open_from(0); }
 
-  // The bytes of the whole container as it is now.
-  uint64_t size() const { return write_front().size() + maps_->size() + streams_->size(); }
+  // The bytes of the whole container as it is now, without a head.
+  uint64_t size() const { return write_front({}).size() + maps_->size() + streams_->size(); }
 
   // Whether decoders will take the memory that the whole mesh needs. Errors: kInvalidInput, kUnsupported.
   Status check_size(std::span<const AttributeRequest> requests) const;
 
-  // The whole container: header, directory, stitch map and streams. Ends the use of this object.
-  std::unique_ptr<StoredBytes> finish();
+  // The whole container: header, directory, head, stitch map and streams. Ends the use of this object.
+  std::unique_ptr<StoredBytes> finish(std::span<const uint8_t> head);
 
  private:
   GrowingContainer() = default;
-  std::vector<uint8_t> write_front() const {
-    return write_container(entries(), directory_.has_residue, {}, {});
+  std::vector<uint8_t> write_front(std::span<const uint8_t> head) const {
+    return write_container(entries(), directory_.has_residue, {}, {}, head);
   }
   Expected<Opened> open_from(uint32_t first) const;
   Status load_walks(const PatchContainer& window, ContainerDecoder& decoder);

@@ -55,7 +55,7 @@ struct EncodeDocumentOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   PatchOrder order{};  // the order of each primitive's patches; with OutOfCoreOptions, of each part's
-  bool boxes = false;  // store the box of each patch; not with Compat::kKhr and OutOfCoreOptions
+  bool boxes = false;  // store the box of each patch; not with Compat::kKhr
   int encode_speed = 5;
   bool lossless = false;         // keep every attribute exactly
   bool keep_degenerate = false;  // keep faces that repeat an index

@@ -132,7 +132,6 @@ SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCore
 Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
                                       const OutOfCoreOptions& limits, const ThreadPool& pool,
                                       const Progress& progress) {
-  if (options.boxes) return Status(StatusCode::kUsage, "boxes of patches are of meshes in memory only");
   PartsOptions parts_options = options_of_parts(options, limits, mesh.face_count());
   const MemoryPlan plan(limits, mesh.record_bytes(), pool.thread_count(), parts_options.patch_faces);
   parts_options.patch_faces = std::min(parts_options.patch_faces, plan.most_patch_faces);

@@ -4,12 +4,23 @@
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/primitive/mesh_view.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
 
 namespace psplit {
 namespace {
+
+std::string describe_miss(const PatchBox& box, const PatchBox& positions, size_t axis) {
+  const auto range = [axis](const PatchBox& of) {
+    return Json(of.low[axis]).dump() + " to " + Json(of.high[axis]).dump();
+  };
+  return std::string("its ") + "xyz"[axis] + " is from " + range(positions) + ", but " +
+         (box.low[axis] > box.high[axis] ? "its box is empty" : "in its box from " + range(box));
+}
 
 class PrimitiveChecker {
  public:
@@ -36,8 +47,10 @@ class PrimitiveChecker {
       if (checked) checked->mesh = std::move(*mesh);
     }
     if (!checked) return report("decode", checked.status());
-    check(view_of(checked->mesh));
+    const MeshView mesh = view_of(checked->mesh);
+    check(mesh);
     report(checked->streams);
+    check_boxes(*container, mesh, pool);
   }
 
   void check(const MeshView& mesh) {
@@ -80,6 +93,35 @@ class PrimitiveChecker {
     if (!mesh) return report("decode", mesh.status());
     check(mesh->laid_out.view);
     report(streams);
+    check_boxes(container, mesh->laid_out.view, pool);
+  }
+
+  void check_boxes(const PatchContainer& container, const MeshView& mesh, const ThreadPool& pool) {
+    const Expected<std::vector<PatchBox>> boxes = patch_boxes(container);
+    if (!boxes) return report("boxes", boxes.status());
+    const ValuesView* const positions = mesh.find("POSITION");
+    if (boxes->empty() || positions == nullptr) return;
+    if (positions->component_count != 3) return report("boxes", "boxes of patches without positions");
+    // The mesh may be in a mapped file: what a step has read leaves the memory.
+    constexpr uint32_t kStepFaces = 1 << 20;
+    const auto count = static_cast<uint32_t>(boxes->size());
+    std::vector<PatchBox> wanted(count);
+    for (uint32_t first = 0, end = 0; first < count; first = end) {
+      const uint32_t faces = container.face_base[first];
+      while (end < count && (end == first || container.face_base[end + 1] - faces <= kStepFaces)) ++end;
+      pool.for_each(end - first, [&](size_t i) {
+        const auto stream = static_cast<uint32_t>(first + i);
+        wanted[stream] = box_of(
+            place_of_stream(container, stream), positions->component_type, positions->normalized,
+            [&](size_t corner) { return mesh.index(corner); },
+            [&](uint32_t point) { return positions->at(point); });
+      });
+      for (const ValuesView* values : {positions, &mesh.indices})
+        release_mapped({reinterpret_cast<const uint8_t*>(values->bytes.data()), values->bytes.size()});
+    }
+    for (uint32_t i = 0; i < count; ++i)
+      if (const std::optional<size_t> axis = axis_outside((*boxes)[i], wanted[i]))
+        report("boxes", invalid_input(describe_miss((*boxes)[i], wanted[i], *axis), {.patch = i}));
   }
 
   void report(std::span<const StreamFindings> streams) {

@@ -22,6 +22,7 @@ namespace {
 // decode              every stream decodes to the counts in its row, and every reference resolves
 // attribute-type      every stream stores the component types that the accessors state
 // copies              all copies of a point in patches decode to the same bits
+// boxes               the section of boxes can be read, and each box has all finite positions of its stream
 // accessor-count      accessors count the decoded data: one value for each point, three indices for each face
 // accessor-bounds     min and max are those of the decoded values
 // index-type          indices are scalars of a component type that can hold every index

@@ -41,9 +41,9 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                       const ThreadPool& pool);
 
-// The first error of all rules, except those that need each stream ("attribute-type" and "copies"). meshes[i]
-// is the decoded mesh of primitive ids[i], which is in patches: so a caller that reads the meshes checks them
-// without decoding them again.
+// The first error of all rules, except those that need each stream ("attribute-type" and "copies") and "boxes",
+// which no reader may refuse. meshes[i] is the decoded mesh of primitive ids[i], which is in patches: so a
+// caller that reads the meshes checks them without decoding them again.
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
                      std::span<const MeshView> meshes);
 
@@ -61,7 +61,7 @@ std::vector<Finding> check_patched_primitive(const Document& document, Primitive
 // Whether check_patched_primitive would put the mesh into a temporary file, if its JSON is right.
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit);
 
-// Checks a primitive in patches by all rules except those that need each stream: "attribute-type" and "copies".
+// Checks a primitive in patches by all rules except "attribute-type", "copies" and "boxes".
 // `mesh` is its decoded mesh, and may have more attributes than the patches.
 std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh);
 

@@ -33,40 +33,6 @@ void append_float(float value, std::vector<uint8_t>& bytes) {
   for (size_t i = 0; i < sizeof(word); ++i) bytes.push_back(static_cast<uint8_t>(word >> (8 * i)));
 }
 
-PatchBox no_box() {
-  PatchBox box;
-  box.low.fill(HUGE_VAL);
-  box.high.fill(-HUGE_VAL);
-  return box;
-}
-
-// Positions that are not finite are in no box.
-void extend(PatchBox& box, const Attribute& positions, uint32_t point) {
-  const std::byte* const at = positions.values.data() + point * positions.stride();
-  std::array<double, kAxes> position{};
-  for (size_t axis = 0; axis < kAxes; ++axis) {
-    position[axis] = number_of(at + axis * component_bytes(positions.component_type), positions.component_type,
-                               positions.normalized);
-    if (!std::isfinite(position[axis])) return;
-  }
-  for (size_t axis = 0; axis < kAxes; ++axis) {
-    box.low[axis] = std::min(box.low[axis], position[axis]);
-    box.high[axis] = std::max(box.high[axis], position[axis]);
-  }
-}
-
-std::vector<PatchBox> boxes_of(const PatchContainer& container, const Mesh& decoded,
-                               const Attribute& positions) {
-  std::vector<PatchBox> boxes(container.entries.size(), no_box());
-  for (size_t i = 0; i < boxes.size(); ++i) {
-    for (uint32_t face = container.face_base[i]; face < container.face_base[i + 1]; ++face)
-      for (const uint32_t point : decoded.faces[face]) extend(boxes[i], positions, point);
-    for (uint32_t point = container.owned_base[i]; point < container.owned_base[i + 1]; ++point)
-      extend(boxes[i], positions, point);
-  }
-  return boxes;
-}
-
 // The floats next to a number, at most and at least it.
 float float_below(double value) {
   const auto rounded = static_cast<float>(value);
@@ -125,26 +91,69 @@ Expected<std::vector<PatchBox>> patch_boxes(const PatchContainer& container) {
   return boxes;
 }
 
-std::vector<uint8_t> with_boxes(const PatchContainer& container, const Mesh& decoded) {
-  std::vector<uint8_t> bytes(container.bytes.begin(), container.bytes.end());
-  const Attribute* const attribute = decoded.find("POSITION");
-  if (attribute == nullptr || attribute->component_count != kAxes) return bytes;
-  const std::vector<PatchBox> boxes = boxes_of(container, decoded, *attribute);
+PatchBox no_box() {
+  PatchBox box;
+  box.low.fill(HUGE_VAL);
+  box.high.fill(-HUGE_VAL);
+  return box;
+}
+
+void extend(PatchBox& box, const std::byte* position, ComponentType type, bool normalized) {
+  std::array<double, kAxes> numbers{};
+  for (size_t axis = 0; axis < kAxes; ++axis) {
+    numbers[axis] = number_of(position + axis * component_bytes(type), type, normalized);
+    if (!std::isfinite(numbers[axis])) return;
+  }
+  for (size_t axis = 0; axis < kAxes; ++axis) {
+    box.low[axis] = std::min(box.low[axis], numbers[axis]);
+    box.high[axis] = std::max(box.high[axis], numbers[axis]);
+  }
+}
+
+std::optional<size_t> axis_outside(const PatchBox& box, const PatchBox& positions) {
+  if (positions.low[0] > positions.high[0]) return std::nullopt;
+  for (size_t axis = 0; axis < kAxes; ++axis) {
+    // Other encoders may compute the bounds of a box in another order.
+    const double slack = 0x1p-50 * std::max(std::fabs(box.low[axis]), std::fabs(box.high[axis]));
+    if (!(box.low[axis] - slack <= positions.low[axis] && positions.high[axis] <= box.high[axis] + slack))
+      return axis;
+  }
+  return std::nullopt;
+}
+
+StreamPlace place_of_stream(const PatchContainer& container, uint32_t stream) {
+  return {container.face_base[stream], container.face_base[stream + 1], container.owned_base[stream],
+          container.owned_base[stream + 1]};
+}
+
+std::vector<PatchBox> boxes_of(const PatchContainer& container, const Mesh& decoded) {
+  const Attribute* const positions = decoded.find("POSITION");
+  std::vector<PatchBox> boxes;
+  if (positions == nullptr || positions->component_count != kAxes) return boxes;
+  for (uint32_t i = 0; i < container.entries.size(); ++i)
+    boxes.push_back(box_of(
+        place_of_stream(container, i), positions->component_type, positions->normalized,
+        [&](size_t corner) { return decoded.faces[corner / 3][corner % 3]; },
+        [&](uint32_t point) { return positions->values.data() + point * positions->stride(); }));
+  return boxes;
+}
+
+std::vector<uint8_t> write_boxes(std::span<const PatchBox> boxes) {
   PatchBox all = no_box();
   for (const PatchBox& box : boxes)
     for (size_t axis = 0; axis < kAxes; ++axis) {
       all.low[axis] = std::min(all.low[axis], box.low[axis]);
       all.high[axis] = std::max(all.high[axis], box.high[axis]);
     }
-  if (all.low[0] > all.high[0]) return bytes;
-  Bounds bounds;
   std::vector<uint8_t> section;
+  if (all.low[0] > all.high[0]) return section;
+  Bounds bounds;
   for (size_t axis = 0; axis < kAxes; ++axis)
     append_float(bounds.low[axis] = float_below(all.low[axis]), section);
   for (size_t axis = 0; axis < kAxes; ++axis)
     append_float(bounds.high[axis] = float_above(all.high[axis]), section);
   for (const PatchBox& box : boxes) append_box(bounds, box, section);
-  return with_head_section(container, HeadSection::kBoxes, section);
+  return section;
 }
 
 }  // namespace psplit

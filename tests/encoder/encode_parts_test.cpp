@@ -9,6 +9,8 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
+#include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
@@ -125,9 +127,10 @@ TEST(EncodeParts, OnePartIsTheContainerOfEncodeMesh) {
     SCOPED_TRACE(named.name);
     const Coded codings = default_codings(named.mesh, false);
     MeshInParts parts(named.mesh, slabs(named.mesh, 1));
-    auto encoded = must(encode(parts, codings.codings, {.patch_faces = 900}));
+    auto encoded = must(encode(parts, codings.codings, {.patch_faces = 900, .streams = {.boxes = true}}));
     const EncodeOptions options{
         .patch_count = std::max(1u, static_cast<uint32_t>((named.mesh.faces.size() + 450) / 900)),
+        .boxes = true,
         .keep_duplicates = true};
     const auto whole = must(encode_mesh(named.mesh, codings.codings, options, ThreadPool(2)));
     EXPECT_EQ(read_all(*encoded.containers[0].bytes), whole.container);
@@ -376,6 +379,56 @@ MeshInParts parts_with_unused(const Mesh& mesh, const std::vector<uint32_t>& par
     }
   }
   return parts;
+}
+
+// The boxes are those of the decoded mesh, also where parts share points, and in the residue.
+TEST(EncodeParts, BoxesAreThoseOfTheDecodedMesh) {
+  std::vector<NamedMesh> meshes = all_meshes();
+  meshes.push_back({"leftovers", with_leftovers()});
+  size_t count = 0;
+  for (const NamedMesh& named : meshes) {
+    const Mesh& mesh = named.mesh;
+    if (mesh.faces.size() > 20000 || reduced(mesh).faces.empty()) continue;
+    for (const bool lossless : {false, true})
+      for (const bool condense : {false, true})
+        for (const bool verify : {false, true}) {
+          SCOPED_TRACE(named.name + (lossless ? ", lossless" : "") + (condense ? ", condensed" : ""));
+          const Coded codings = default_codings(mesh, lossless);
+          MeshInParts parts = parts_with_unused(mesh, slabs(mesh, 5));
+          PartsOptions options{.patch_faces = 300, .streams = {.condense = condense, .verify = verify}};
+          auto without = must(encode(parts, codings.codings, options));
+          options.streams.boxes = true;
+          auto encoded = must(encode(parts, codings.codings, options));
+          ASSERT_EQ(encoded.containers.size(), 1u);
+          const std::vector<uint8_t> bytes = read_all(*encoded.containers[0].bytes);
+          const PatchContainer opened = must(open_container(bytes));
+          EXPECT_EQ(opened.entries, encoded.containers[0].entries);
+          EXPECT_EQ(opened.head_bytes, encoded.containers[0].head_bytes);
+          const Mesh decoded = must(cpu_backend().decode(opened, encoded.requests, ThreadPool(2)));
+          const std::vector<uint8_t> wanted = write_boxes(boxes_of(opened, decoded));
+          const std::span<const uint8_t> section = boxes_section(opened);
+          EXPECT_EQ(std::vector<uint8_t>(section.begin(), section.end()), wanted);
+          std::vector<uint8_t> expected = read_all(*without.containers[0].bytes);
+          if (!wanted.empty())
+            expected = with_head_section(must(open_container(expected)), HeadSection::kBoxes, wanted);
+          EXPECT_EQ(bytes, expected);
+          count += wanted.empty() ? 0 : 1;
+        }
+  }
+  EXPECT_GT(count, 50u);
+}
+
+TEST(EncodeParts, EachContainerHasItsOwnBoxes) {
+  const Mesh mesh = with_leftovers();
+  const Coded codings = default_codings(mesh, false);
+  MeshInParts parts(mesh, slabs(mesh, 5));
+  auto encoded = must(encode(parts, codings.codings,
+                             {.patch_faces = 300, .streams = {.boxes = true}, .most_residue_points = 50}));
+  EXPECT_GT(encoded.containers.size(), 1u);
+  for (PartsContainer& container : encoded.containers) {
+    const std::vector<uint8_t> bytes = read_all(*container.bytes);
+    EXPECT_EQ(must(patch_boxes(must(open_container(bytes)))).size(), container.entries.size());
+  }
 }
 
 TEST(EncodeParts, KeepsFacesThatRepeatAPointAndPointsWithoutFaces) {

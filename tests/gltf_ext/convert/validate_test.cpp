@@ -4,6 +4,8 @@
 #include <functional>
 
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "src/container/condensed_head.h"
+#include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
@@ -334,6 +336,54 @@ TEST(Validate, CopiesOfPoints) {
   });
   EXPECT_TRUE(found.starts_with(std::string("copies ") + kPlace + ", patch 3: POSITION of decoded point "))
       << found;
+}
+
+// `change` gets the content of the section: the bounds of the mesh, 24 bytes, and 6 bytes for each patch.
+std::string with_broken_boxes(const std::function<void(std::vector<uint8_t>&)>& change) {
+  return broken([&](Document& document) {
+    const auto whole = container_of(document);
+    const std::vector<uint8_t> bytes(whole.begin(), whole.end());
+    const PatchContainer container = must(open_container(bytes));
+    const Mesh mesh = must(read(document, 1, 1));
+    std::vector<uint8_t> section = write_boxes(boxes_of(container, mesh));
+    ASSERT_EQ(section.size(), 24u + 4 * 6);
+    change(section);
+    set_container(document, with_head_section(container, HeadSection::kBoxes, section));
+    // No reader refuses a mesh because of its boxes.
+    EXPECT_TRUE(check_patches(document, cpu_backend(), test_pool()).ok());
+  });
+}
+
+TEST(Validate, Boxes) {
+  const auto found = [](size_t patch, size_t at, uint8_t byte) {
+    return with_broken_boxes([=](std::vector<uint8_t>& section) { section[24 + 6 * patch + at] = byte; });
+  };
+  const std::string place = std::string("boxes ") + kPlace;
+  EXPECT_EQ(with_broken_boxes([](std::vector<uint8_t>&) {}), "");
+  // A larger box than that of the points has them all.
+  EXPECT_EQ(found(2, 0, 0), "");
+  EXPECT_EQ(found(2, 5, 255), "");
+  for (size_t axis = 0; axis < 3; ++axis) {
+    // A box that is as flat as its least, and one that is as flat as its greatest.
+    const auto flat = [&](size_t patch, size_t to, size_t from) {
+      return with_broken_boxes([=](std::vector<uint8_t>& section) {
+        section[24 + 6 * patch + to + axis] = section[24 + 6 * patch + from + axis];
+      });
+    };
+    const std::string low = flat(1, 0, 3), high = flat(3, 3, 0);
+    EXPECT_TRUE(low.starts_with(place + ", patch 1: its " + "xyz"[axis] + " is from ")) << low;
+    EXPECT_TRUE(high.starts_with(place + ", patch 3: its " + "xyz"[axis] + " is from ")) << high;
+    EXPECT_EQ(std::count(low.begin(), low.end(), '\n'), 1) << low;
+  }
+  const std::string empty = with_broken_boxes([](std::vector<uint8_t>& section) {
+    std::fill_n(section.begin() + 24, 6, uint8_t{9}), section[24] = 10;
+  });
+  EXPECT_TRUE(empty.starts_with(place + ", patch 0: ")) << empty;
+  EXPECT_TRUE(contains(empty, "but its box is empty\n")) << empty;
+  EXPECT_EQ(with_broken_boxes([](std::vector<uint8_t>& section) { section.pop_back(); }),
+            place + ": head: boxes of another number of streams\n");
+  EXPECT_EQ(with_broken_boxes([](std::vector<uint8_t>& section) { std::fill_n(section.begin(), 4, 0xff); }),
+            place + ": head: boxes without bounds\n");
 }
 
 TEST(Validate, FallbackData) {

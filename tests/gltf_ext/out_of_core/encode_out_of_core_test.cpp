@@ -6,12 +6,15 @@
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/mesh_view.h"
+#include "src/container/patch_boxes.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
@@ -475,6 +478,25 @@ TEST(EncodeOutOfCore, KeepsAll) {
     const auto actual = must(encode_file(file, options));
     EXPECT_EQ(actual.report.skipped, "");
     EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
+  }
+}
+
+// Those of the streams that the parts have.
+TEST(EncodeOutOfCore, StoresBoxes) {
+  for (const bool condense : {false, true}) {
+    EncodeDocumentOptions options;
+    options.condense = condense;
+    const std::string file = ply_of(untidy(20000), Form::kLittle);
+    options.keep_degenerate = options.keep_unused = true;
+    const auto plain = must(encode_file(file, options));
+    options.boxes = true;
+    expect_as_in_memory(file, options);
+    auto actual = must(encode_file(file, options));
+    EXPECT_EQ(actual.report.streams, plain.report.streams);
+    const Json& extension = primitive_of(actual.document)["extensions"][kExtensionName];
+    const auto bytes = must(buffer_view_bytes(actual.document, extension["bufferView"].get<int64_t>()));
+    EXPECT_EQ(must(patch_boxes(must(open_container(bytes)))).size(), actual.report.streams.size());
+    EXPECT_TRUE(validate_document(actual.document, cpu_backend(), test_pool()).empty());
   }
 }
 

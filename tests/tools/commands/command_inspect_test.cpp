@@ -34,6 +34,42 @@ TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
   EXPECT_TRUE(contains(out_, "POSITION 14 bits"));
 }
 
+TEST_F(InspectCommand, ShowsTheBoxesOfPatches) {
+  const std::string plain = split_sample();
+  EXPECT_FALSE(json_of({"inspect", plain, "--format", "json"}).at("primitives").at(0).contains("boxes"));
+  EXPECT_FALSE(contains(run_command({"inspect", plain}).out, "boxes"));
+  for (const std::string condense : {"", "--condense"}) {
+    std::vector<std::string> words{"encode", sample(), path("boxes.glb"), "--patches", "4", "--boxes",
+                                   "-q",     "-f"};
+    if (!condense.empty()) words.push_back(condense);
+    must_run(words);
+    const auto primitive = json_of({"inspect", path("boxes.glb"), "--format", "json"}).at("primitives").at(0);
+    const auto& boxes = primitive.at("boxes");
+    EXPECT_EQ(boxes.at("bytes"), 24 + 4 * 6);
+    EXPECT_GT(primitive.at("bytes").at("head").get<int>(), 24 + 4 * 6);
+    ASSERT_EQ(boxes.at("streams").size(), 4u);
+    must_run({"decode", path("boxes.glb"), path("decoded.gltf"), "-q", "-f"});
+    const auto decoded = read_json("decoded.gltf");
+    const auto position =
+        decoded.at("meshes").at(0).at("primitives").at(0).at("attributes").at("POSITION").get<size_t>();
+    for (const auto& [bound, name] : {std::pair("low", "min"), std::pair("high", "max")})
+      for (size_t axis = 0; axis < 3; ++axis) {
+        const double of_all = boxes.at("all").at(bound).at(axis).get<double>();
+        EXPECT_FLOAT_EQ(static_cast<float>(of_all),
+                        decoded.at("accessors").at(position).at(name).at(axis).get<float>());
+        double extreme = boxes.at("streams").at(0).at(bound).at(axis).get<double>();
+        for (const auto& box : boxes.at("streams")) {
+          const double value = box.at(bound).at(axis).get<double>();
+          extreme = name == std::string("min") ? std::min(extreme, value) : std::max(extreme, value);
+        }
+        EXPECT_EQ(extreme, of_all);
+      }
+    must_run({"inspect", path("boxes.glb")});
+    EXPECT_TRUE(contains(out_, "mesh 0, primitive 0: boxes of 4 streams in 48 bytes, from ")) << out_;
+    EXPECT_EQ(contains(out_, " boxes of patches\n"), !condense.empty()) << out_;
+  }
+}
+
 TEST_F(InspectCommand, APlainAssetHasNoPatches) {
   const auto json = json_of({"inspect", sample(), "--format", "json", "-q"});
   EXPECT_TRUE(json.at("primitives").empty());

@@ -26,6 +26,31 @@ TEST_F(ValidateCommand, NamesThePlaceOfADamagedPatch) {
   EXPECT_FALSE(nlohmann::json::parse(out_).at("valid").get<bool>());
 }
 
+TEST_F(ValidateCommand, NamesThePatchOfAWrongBox) {
+  must_run({"encode", sample(), path("boxes.glb"), "--patches", "4", "--boxes", "-q"});
+  const auto boxes =
+      json_of({"inspect", path("boxes.glb"), "--format", "json"}).at("primitives").at(0).at("boxes");
+  EXPECT_EQ(boxes.at("streams").size(), 4u);
+  std::string bytes = read_bytes(path("boxes.glb"));
+  // The section is the only one of the head: its type, its length, and the bounds before the boxes.
+  const size_t section = bytes.find(std::string("\x80\x30", 2), bytes.find("PSPL"));
+  ASSERT_NE(section, std::string::npos);
+  bytes[section + 2 + 24 + 6 * 2] = '\xff';
+  write("wrong.glb", bytes);
+  EXPECT_EQ(run({"validate", path("wrong.glb")}), 3) << err_;
+  EXPECT_TRUE(
+      contains(out_, "error [boxes] " + path("wrong.glb") + ": mesh 0, primitive 0, patch 2: its x is from "))
+      << out_;
+  must_run({"decode", path("wrong.glb"), path("plain.glb"), "-q"});
+  // A section that cannot be read.
+  bytes.replace(section + 2, 4, "\xff\xff\xff\xff");
+  write("broken.glb", bytes);
+  EXPECT_EQ(run({"validate", path("broken.glb")}), 3) << err_;
+  EXPECT_TRUE(contains(out_, "error [boxes] " + path("broken.glb") + ": mesh 0, primitive 0: head: ")) << out_;
+  must_run({"inspect", path("broken.glb")});
+  EXPECT_TRUE(contains(err_, "broken.glb: mesh 0, primitive 0: head: boxes without bounds"));
+}
+
 TEST_F(ValidateCommand, SaysThatAMeshFileIsNotGltf) {
   must_run({"generate", path("a.ply"), "--faces", "200", "-q"});
   write("b.obj", "v 0 0 0\n");

@@ -224,7 +224,8 @@ TEST_F(EncodeLargeMemory, EveryOptionOnAMeshThatDoesNotFitTakesLong) {
        std::vector<std::vector<std::string>>{{"--keep-degenerate", "--keep-unused", "--keep-duplicates"},
                                              {"--fallback", "uncompressed"},
                                              {"--compat", "khr"},
-                                             {"--condense"}}) {
+                                             {"--boxes"},
+                                             {"--condense", "--boxes"}}) {
     std::vector<std::string> words{PSPLIT_COMMAND, "encode", scan, path("a.gltf"), "--memory", "128MiB",
                                    "-q",           "-j",     "2",  "--force"};
     words.insert(words.end(), options.begin(), options.end());
@@ -233,6 +234,7 @@ TEST_F(EncodeLargeMemory, EveryOptionOnAMeshThatDoesNotFitTakesLong) {
     ASSERT_EQ(child.wait(&peak), 0) << options[0];
     expect_small(peak);
     must_run({"compare", scan, path("a.gltf"), "-q"});
+    must_run({"validate", path("a.gltf"), "-q"});
   }
 }
 

@@ -355,8 +355,6 @@ void add_encode_command(CLI::App& app, Action& action) {
     settle_output(*arguments, command.count("--output") > 0);
     if (command.count("--as") > 0 && !writes_into_folder(*arguments))
       throw CLI::ValidationError("--as", "is for outputs in a folder; the name of one output tells its format");
-    if (command.count("--memory") > 0 && arguments->encode.options.boxes)
-      throw CLI::ValidationError("--boxes", "is for meshes in memory, so not with --memory");
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
       throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
     action = [arguments](const Session& session) {

@@ -89,6 +89,8 @@ Expected<InspectedAsset> inspect_asset(const std::string& input, const InspectAr
           inspect_primitives(*document, find_describer(arguments.backend.name), session.pool, asset);
       !status.ok())
     return std::move(status).at({.file = input});
+  for (size_t i = warnings.size(); i < asset.warnings.size(); ++i)
+    session.log.warning(input + ": " + asset.warnings[i]);
   // For several files, the table says this.
   if (arguments.inputs.size() > 1) return asset;
   if (!asset.compressed.empty())

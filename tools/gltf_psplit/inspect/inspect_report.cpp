@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "gltf_ext/json/json.h"
-#include "src/container/patch_container.h"
+#include "src/container/patch_boxes.h"
 #include "tools/gltf_psplit/inspect/inspected_asset.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -64,7 +64,8 @@ std::string sections_text(const InspectedPrimitive& primitive) {
   };
   const WholeSections sections = whole_sections(primitive);
   add("directory", summary.directory_bytes);
-  add("head", summary.head_bytes);
+  add("head", summary.head_bytes - primitive.boxes_bytes);
+  add("boxes of patches", primitive.boxes_bytes);
   add("stitch map", summary.stitch_bytes);
   add("plain numbers of patches", sections.numbers);
   add("connectivity: symbols", sections.symbols);
@@ -96,6 +97,43 @@ Json sections_json(const InspectedPrimitive& primitive) {
           {"attributes", attributes}};
 }
 
+// Of all positions that are in a box.
+PatchBox box_of_all(std::span<const PatchBox> boxes) {
+  PatchBox all = no_box();
+  for (const PatchBox& box : boxes)
+    for (size_t axis = 0; axis < all.low.size(); ++axis) {
+      all.low[axis] = std::min(all.low[axis], box.low[axis]);
+      all.high[axis] = std::max(all.high[axis], box.high[axis]);
+    }
+  return all;
+}
+
+// A line about the boxes of the streams; empty if there are none.
+std::string boxes_text(const InspectedPrimitive& primitive) {
+  if (primitive.boxes.empty()) return "";
+  const PatchBox all = box_of_all(primitive.boxes);
+  const auto corner = [](const std::array<double, 3>& position) {
+    std::string text;
+    for (const double number : position) text += (text.empty() ? "" : ", ") + with_digits(number, 4);
+    return text;
+  };
+  return describe_place(primitive.id.mesh, primitive.id.primitive) + ": boxes of " +
+         counted(primitive.boxes.size(), "stream") + " in " + counted(primitive.boxes_bytes, "byte") +
+         ", from " + corner(all.low) + " to " + corner(all.high) + "\n";
+}
+
+// The box of each stream, the residue's last; null for one without positions.
+Json boxes_json(const InspectedPrimitive& primitive) {
+  const auto described = [](const PatchBox& box) {
+    return box.low[0] > box.high[0] ? Json(nullptr) : Json({{"low", box.low}, {"high", box.high}});
+  };
+  Json streams = Json::array();
+  for (const PatchBox& box : primitive.boxes) streams.push_back(described(box));
+  return {{"bytes", primitive.boxes_bytes},
+          {"all", described(box_of_all(primitive.boxes))},
+          {"streams", std::move(streams)}};
+}
+
 const char* storage_name(PrimitiveStorage storage) {
   switch (storage) {
     case PrimitiveStorage::kPlain: return "plain";
@@ -125,6 +163,7 @@ Json to_json(const InspectedPrimitive& primitive) {
   }
   object["attributes"] = std::move(attributes);
   if (primitive.summary.condensed_patches > 0) object["sections"] = sections_json(primitive);
+  if (!primitive.boxes.empty()) object["boxes"] = boxes_json(primitive);
   return object;
 }
 
@@ -187,7 +226,8 @@ std::string primitives_table(const InspectedAsset& asset, bool wide) {
             primitive.summary, attributes_text(primitive));
   if (asset.compressed.size() > 1) add_row(table, {"all", "", "", ""}, asset.sum(), "");
   std::string sections;
-  for (const InspectedPrimitive& primitive : asset.compressed) sections += sections_text(primitive);
+  for (const InspectedPrimitive& primitive : asset.compressed)
+    sections += boxes_text(primitive) + sections_text(primitive);
   if (wide) return table.to_string() + sections;
   table.keep_columns(std::vector<std::string>{"mesh", "primitive", "storage", "coding", "patches", "faces",
                                               "points", "replication", "total bytes", "bits/point"});

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "src/condensed/expand_container.h"
+#include "src/container/patch_boxes.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {
@@ -47,6 +49,12 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   Expected<SectionBytes> sections = measure_sections(*container, pool);
   if (!sections) return sections.status();
   out.sections = std::move(*sections);
+  Expected<std::vector<PatchBox>> boxes = patch_boxes(*container);
+  out.boxes_bytes = boxes_section(*container).size();
+  if (boxes)
+    out.boxes = std::move(*boxes);
+  else
+    out.broken_boxes = boxes.status().message();
   return add_coding(*stream, out).at({.patch = 0});
 }
 
@@ -99,6 +107,9 @@ Status inspect_primitives(const Document& document, const DescribeStream& descri
                 [&](size_t i) { statuses[i] = inspect_primitive(document, describe, pool, all[i]); });
   for (size_t i = 0; i < all.size(); ++i) {
     if (!statuses[i].ok()) return std::move(statuses[i]).at(place_of(all[i].id));
+    if (!all[i].broken_boxes.empty())
+      asset.warnings.push_back(describe_place(all[i].id.mesh, all[i].id.primitive) + ": " +
+                               all[i].broken_boxes);
     const bool plain = all[i].storage == PrimitiveStorage::kPlain;
     (plain ? asset.plain : asset.compressed).push_back(std::move(all[i]));
   }

@@ -24,6 +24,9 @@ struct InspectedPrimitive {
   std::vector<int> bits;                        // one for each attribute; 0 if it is stored exactly
   SectionBytes sections;                        // of the condensed streams
   std::vector<std::string> section_attributes;  // the names of `sections.attributes`
+  std::vector<PatchBox> boxes;                  // one for each stream; none if the container has none
+  uint64_t boxes_bytes = 0;                     // of their section, in the head
+  std::string broken_boxes;                     // why a section of boxes cannot be read
 };
 
 struct InspectedAsset {
@@ -39,7 +42,8 @@ struct InspectedAsset {
   }
 };
 
-// Adds all primitives of the document to `asset`. An error names the primitive.
+// Adds all primitives of the document to `asset`, and a warning for boxes that readers ignore. An error names
+// the primitive.
 Status inspect_primitives(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                           InspectedAsset& asset);
 

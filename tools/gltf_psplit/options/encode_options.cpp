@@ -203,7 +203,7 @@ void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
       ->type_name("ORDER");
   command.add_flag("--boxes", options.boxes,
                    "Store the box of each patch, in 6 bytes, by which viewers know what to ask for first. Not "
-                   "with --compat khr and --memory");
+                   "with --compat khr");
 }
 
 void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
