@@ -91,7 +91,7 @@ test('errors', async () => {
 const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
   '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
-  '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
+  playcanvas: '/modules/playcanvas/build/playcanvas.min.mjs', '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
 const page = (code, names, body = '') => ({
   '/': `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports })}</script>
     <script type="module" src="/main.js"></script>${body}`,
@@ -161,6 +161,20 @@ page_test('model-viewer', { files: { ...page(block('model-viewer'), []), '/draco
 } }, async ({ result, site }) => {
   assert.deepEqual(await result, ['/psplit/draco/', '/psplit/draco/']);
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
+page_test('PlayCanvas', { files: page(block('PlayCanvas'), []), script: async () => {
+  await import('/block.js');
+  const { digest } = await import('/page.js'), stream = await (await fetch('/mesh.drc')).arrayBuffer();
+  const decoded = ({ dracoDecode }) => new Promise((resolve, reject) => dracoDecode(stream.slice(), async (error, { indices, vertices }) =>
+    (error ? reject(error) : resolve([await digest(new Uint8Array(indices)), await digest(new Uint8Array(vertices))]))));
+  // Another PlayCanvas, on draco3d's files.
+  const other = await import('/modules/playcanvas/build/playcanvas.min.mjs?other'), folder = '/modules/three/examples/jsm/libs/draco/';
+  other.WasmModule.setConfig('DracoDecoderModule', { glueUrl: `${folder}draco_wasm_wrapper.js`, wasmUrl: `${folder}draco_decoder.wasm` });
+  return [await decoded(await import('playcanvas')), await decoded(other)];
+} }, async ({ result, site }) => {
+  const [ours, theirs] = await result;
+  assert.deepEqual(ours, theirs);
+  assert.ok(site.requests.includes('/psplit/draco/draco_wasm_wrapper.js'));
 });
 page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['loader']), script: async () => {
   const { loader } = await import('/block.js'), geometry = await loader.loadAsync('/mesh.drc');
