@@ -2,7 +2,7 @@
 // Next.js does, where it renders without a page.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { copyFileSync, mkdirSync, rmSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
@@ -22,17 +22,23 @@ rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 const [component] = readme_blocks()['React'];
 writeFileSync(path.join(folder, 'model.tsx'), component);
+const [, set_path] = readFileSync(path.join(root, 'web/README.md'), 'utf8').match(/`(useGLTF\.setDecoderPath\(.*?\))`/);
+writeFileSync(path.join(folder, 'draco_model.tsx'), `import { useGLTF } from '@react-three/drei';
+  ${set_path};
+  export const DracoModel = ({ url }) => <primitive object={useGLTF(url).scene} />;`);
 const page = `import { Canvas } from '@react-three/fiber';
   import { Suspense } from 'react';
-  import { Model } from './model';
-  export const Page = ({ urls, onScene }) => <Canvas onCreated={({ scene }) => onScene?.(scene)}>
+  export const Page = ({ Model, urls, onScene }) => <Canvas onCreated={({ scene }) => onScene?.(scene)}>
     {urls.map((url) => <Suspense key={url}><Model url={url} /></Suspense>)}
   </Canvas>;`;
 writeFileSync(path.join(folder, 'page.tsx'), page);
 // The result has the numbers of faces when all models are there.
 writeFileSync(path.join(folder, 'main.tsx'), `import { createRoot } from 'react-dom/client';
+  import { DracoModel } from './draco_model';
+  import { Model } from './model';
   import { Page } from './page';
-  const urls = ['/patches.glb', '/draco.glb'];
+  const draco_only = location.search === '?draco';
+  const urls = draco_only ? ['/draco.glb'] : ['/patches.glb', '/draco.glb'];
   const counts_of = (scene) => new Promise((resolve) => {
     const timer = setInterval(() => {
       const counts = [];
@@ -43,29 +49,36 @@ writeFileSync(path.join(folder, 'main.tsx'), `import { createRoot } from 'react-
     }, 20);
   });
   globalThis.result = new Promise((resolve) => {
-    const onScene = (scene) => resolve(counts_of(scene));
-    createRoot(document.getElementById('root')).render(<Page urls={urls} onScene={onScene} />);
+    const props = { Model: draco_only ? DracoModel : Model, urls, onScene: (scene) => resolve(counts_of(scene)) };
+    createRoot(document.getElementById('root')).render(<Page {...props} />);
   });`);
 
 const dist = path.join(folder, 'dist');
 await build({ entryPoints: { main: path.join(folder, 'main.tsx'), worker: path.join(package_folder, 'worker.js') },
-  bundle: true, format: 'esm', outdir: dist, jsx: 'automatic', define: { 'process.env.NODE_ENV': '"production"' }, logLevel: 'error' });
+  bundle: true, format: 'esm', outdir: dist, jsx: 'automatic', define: { 'process.env.NODE_ENV': '"production"' },
+  logLevel: 'error' });
 copyFileSync(path.join(package_folder, 'psplit.wasm'), path.join(dist, 'psplit.wasm'));
-page_test('useGLTF loads patches and Draco', { files: {
+const files = {
   '/': `<!doctype html><div id="root" style="height: 200px"></div><script type="module" src="/dist/main.js"></script>`,
-  '/dist/': { folder: dist }, '/patches.glb': { folder: sample }, '/draco.glb': draco_glb(stream) } }, async ({ result, site }) => {
+  '/dist/': { folder: dist }, '/patches.glb': { folder: sample }, '/draco.glb': draco_glb(stream) };
+page_test('useGLTF loads patches and Draco', { files }, async ({ result, page, site }) => {
   assert.deepEqual(await result, [1222, 1826]);
   assert.ok(site.requests.includes('/dist/worker.js'), `${site.requests}`);
+  assert.ok(!site.requests.some((url) => url.startsWith('/psplit/draco/')));
+  await page.goto(`${site.origin}/?draco`);
+  assert.deepEqual(await page.evaluate(() => globalThis.result), [1826]);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
 
 // webpack has no TypeScript, so esbuild translates each file before.
 test('a server renders the page', { timeout: 60000 }, async () => {
-  const files = { model: component, page, server: `import { renderToString } from 'react-dom/server';
+  const modules = { model: component, page, server: `import { renderToString } from 'react-dom/server';
+    import { Model } from './model';
     import { Page } from './page';
-    console.log(renderToString(<Page urls={['/patches.glb']} />));` };
+    console.log(renderToString(<Page Model={Model} urls={['/patches.glb']} />));` };
   const source = path.join(folder, 'server'), webpack = require_module('webpack');
   mkdirSync(source);
-  for (const [name, text] of Object.entries(files)) {
+  for (const [name, text] of Object.entries(modules)) {
     const { code } = await transform(text, { loader: 'tsx', jsx: 'automatic' });
     writeFileSync(path.join(source, `${name}.js`), code);
   }
