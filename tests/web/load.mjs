@@ -31,6 +31,13 @@ export const corpus_folder = existsSync(corpus) ? corpus : null;
 export const gltf_psplit = [process.env.PSPLIT, ...['release', 'bench'].map((build) => path.join(root, 'build', build, 'gltf-psplit'))]
   .find((file) => file !== undefined && existsSync(file)) ?? null;
 
+// The code of web/README.md: by heading, the blocks in JavaScript, TypeScript or HTML.
+export function readme_blocks() {
+  const sections = readFileSync(path.join(root, 'web/README.md'), 'utf8').split(/^## /m).slice(1);
+  return Object.fromEntries(sections.map((section) =>
+    [section.slice(0, section.indexOf('\n')), [...section.matchAll(/^```(?:html|js|tsx?)\n(.*?)^```$/gms)].map(([, code]) => code)]));
+}
+
 export function files_below(folder, pattern) {
   return readdirSync(folder, { recursive: true }).filter((name) => pattern.test(name)).sort()
     .map((name) => path.join(folder, name));

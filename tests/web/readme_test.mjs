@@ -1,21 +1,19 @@
 // The code of web/README.md runs: each block alone, in Node.js or in a page of Chromium.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
-import test from 'node:test';
+import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { page_test } from './browser.mjs';
-import { compressed_primitives, link_package, root } from './load.mjs';
+import { page_test, start_site } from './browser.mjs';
+import { compressed_primitives, link_package, modules_folder, readme_blocks, root } from './load.mjs';
 import { draco_glb, streams } from './stock_draco.mjs';
 
 link_package();
 const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
 const [{ bytes: container }] = compressed_primitives(sample, 'PSPLIT_mesh_draco_patches'), [[, stream]] = [...streams()];
 
-// By heading: the blocks of code.
-const blocks = {};
-for (const section of readFileSync(path.join(root, 'web/README.md'), 'utf8').split(/^## /m).slice(1))
-  blocks[section.slice(0, section.indexOf('\n'))] = [...section.matchAll(/^```js\n(.*?)^```$/gms)].map(([, code]) => code);
+const blocks = readme_blocks();
 
 // In Node.js, as a module of a project that has the package.
 const folder = path.join(root, 'build/web/readme');
@@ -45,6 +43,17 @@ test('glTF-Transform', async () => {
   const { document: ahead } = await run(block('glTF-Transform', 1), ['document'], {});
   assert.equal(points_of(document), points_of(ahead));
   assert.equal(points_of(await io.read(path.join(folder, 'out.glb'))), points_of(document));
+});
+test('the command of glTF-Transform', { timeout: 60000 }, () => {
+  writeFileSync(path.join(folder, 'psplit.config.mjs'), block('glTF-Transform', 2));
+  copyFileSync(sample, path.join(folder, 'model.glb'));
+  const command = path.join(modules_folder, 'node_modules/.bin/gltf-transform');
+  const inspected = (...options) => spawnSync(command, ['inspect', 'model.glb', ...options], { cwd: folder, encoding: 'utf8' });
+  const { stdout, stderr } = inspected('--config', 'psplit.config.mjs');
+  assert.match(stdout, /PSPLIT_mesh_draco_patches/);
+  assert.match(stdout, /TRIANGLES.*1,222/, stderr);
+  const without = inspected();
+  assert.match(without.stdout + without.stderr, /Missing required extension/);
 });
 test('streams and containers', async () => {
   const { mesh, converted, whole } = await run(block('Streams and containers'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
@@ -82,7 +91,7 @@ test('errors', async () => {
 const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
   '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
-  '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
+  playcanvas: '/modules/playcanvas/build/playcanvas.min.mjs', '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
 const page = (code, names, body = '') => ({
   '/': `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports })}</script>
     <script type="module" src="/main.js"></script>${body}`,
@@ -153,6 +162,20 @@ page_test('model-viewer', { files: { ...page(block('model-viewer'), []), '/draco
   assert.deepEqual(await result, ['/psplit/draco/', '/psplit/draco/']);
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
+page_test('PlayCanvas', { files: page(block('PlayCanvas'), []), script: async () => {
+  await import('/block.js');
+  const { digest } = await import('/page.js'), stream = await (await fetch('/mesh.drc')).arrayBuffer();
+  const decoded = ({ dracoDecode }) => new Promise((resolve, reject) => dracoDecode(stream.slice(), async (error, { indices, vertices }) =>
+    (error ? reject(error) : resolve([await digest(new Uint8Array(indices)), await digest(new Uint8Array(vertices))]))));
+  // Another PlayCanvas, on draco3d's files.
+  const other = await import('/modules/playcanvas/build/playcanvas.min.mjs?other'), folder = '/modules/three/examples/jsm/libs/draco/';
+  other.WasmModule.setConfig('DracoDecoderModule', { glueUrl: `${folder}draco_wasm_wrapper.js`, wasmUrl: `${folder}draco_decoder.wasm` });
+  return [await decoded(await import('playcanvas')), await decoded(other)];
+} }, async ({ result, site }) => {
+  const [ours, theirs] = await result;
+  assert.deepEqual(ours, theirs);
+  assert.ok(site.requests.includes('/psplit/draco/draco_wasm_wrapper.js'));
+});
 page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['loader']), script: async () => {
   const { loader } = await import('/block.js'), geometry = await loader.loadAsync('/mesh.drc');
   loader.dispose();
@@ -162,7 +185,39 @@ page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['l
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
 
+const cdn = await start_site({ headers: { 'Access-Control-Allow-Origin': '*' } });
+after(() => cdn.close());
+page_test('without a bundler', { files: {
+  '/': `<!doctype html>${block('Without a bundler')
+    .replaceAll('https://cdn.example/three/', `${cdn.origin}/modules/three/`).replaceAll('https://cdn.example/', `${cdn.origin}/`)
+    .replace(/await loader.loadAsync.*\n/, (line) => `${line}  globalThis.found(scene);\n`)}
+    <script>globalThis.result = new Promise((resolve) => (globalThis.found = ({ children }) => resolve(children.length)));</script>`,
+  '/model.glb': { folder: sample } } }, async ({ result, page, site }) => {
+  assert.equal(await result, 1);
+  assert.ok(page.workers().length > 0);
+  assert.ok(cdn.requests.includes('/psplit/inline.js') && !site.requests.some((url) => url.startsWith('/psplit/')));
+});
+page_test('preloading', { files: { '/': `<!doctype html><head>${block('Preloading')}</head><script type="module" src="/main.js"></script>`,
+  '/model.glb': { folder: sample } }, script: async () => {
+  const { createPool } = await import('/psplit/index.js'), pool = createPool();
+  const { primitives } = await pool.decodeUrl('/model.glb');
+  pool.dispose();
+  return [primitives.length, ...['/model.glb', '/psplit/psplit.wasm'].map((url) =>
+    performance.getEntriesByName(new URL(url, location).href).map(({ initiatorType }) => initiatorType))];
+} }, async ({ result, site }) => {
+  const [count, model, wasm] = await result;
+  assert.deepEqual([count, model, wasm], [1, ['link'], ['link']]);
+  for (const url of ['/model.glb', '/psplit/psplit.wasm', '/psplit/index.js'])
+    assert.equal(site.requests.filter((request) => request === url).length, 1, url);
+});
+
+// The blocks of whole sections that other files test.
+const elsewhere = { 'At the edge': 'edge_runtimes_test.mjs', React: 'react_test.mjs' };
 test('each block is tested', () => {
+  for (const [heading, file] of Object.entries(elsewhere)) {
+    assert.ok(readFileSync(path.join(root, 'tests/web', file), 'utf8').includes(`readme_blocks()['${heading}']`), file);
+    blocks[heading].forEach((_, i) => tested.add(`${heading} ${i}`));
+  }
   const all = Object.entries(blocks).flatMap(([heading, list]) => list.map((_, i) => `${heading} ${i}`));
   assert.deepEqual([...tested].sort(), all.sort());
 });
