@@ -16,10 +16,10 @@ namespace psplit::core {
 // Decodes a cloud whose header was read, to a patch without faces. Index must be wide enough: see
 // StreamHeader::fits_16_bits. The bytes may be anything: a fault says what is wrong with them, and only they
 // and the arena are touched. Thread-safe, as long as each thread has an arena of its own.
-template <typename Index>
+template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
   if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).decode();
-  const Fault fault = decode_patch<Index>(header, arena, out);
+  const Fault fault = decode_patch<Index, kKinds>(header, arena, out);
   // To libdraco, integers of no point are a failure.
   for (uint32_t i = 0; fault == Fault::kNone && header.point_count == 0 && i < out.attributes.size(); ++i)
     if (out.attributes[i].coding != Coding::kRaw) return Fault::kCounts;

@@ -35,6 +35,7 @@ class MetadataReader : public core::MetadataVisitor {
   }
   // The last of several entries of one name counts.
   void entry(core::View<const uint8_t> name, core::View<const uint8_t> value) {
+    is_valid_ &= !value.empty();
     if (is_valid_)
       current_->entries[text_of(name)] = std::vector<uint8_t>(value.data(), value.data() + value.size());
   }
@@ -86,7 +87,9 @@ Expected<StreamMetadata> read_metadata(Span<const uint8_t> stream) {
   MetadataReader visitor(metadata);
   fault = core::walk_metadata(reader, visitor);
   if (fault != core::Fault::kNone) return status_of(fault);
-  if (!visitor.is_valid()) return invalid_input("Draco stream: metadata that repeat a name or nest too deeply");
+  if (!visitor.is_valid())
+    return invalid_input(
+        "Draco stream: metadata with an empty value, or that repeat a name or nest too deeply");
   return metadata;
 }
 

@@ -15,7 +15,7 @@ namespace psplit {
 // A part of a tree of entries. The type of a value is not stored: who wrote it knows it.
 struct Metadata {
   std::string name;                                     // unique among the parts of one; "" for the root
-  std::map<std::string, std::vector<uint8_t>> entries;  // the bytes of each value
+  std::map<std::string, std::vector<uint8_t>> entries;  // the bytes of each value, not empty
   std::vector<Metadata> parts;                          // in the order of the stream
 
   // Null if there is no such entry or part.
@@ -54,7 +54,8 @@ struct StreamMetadata {
 // Reads the metadata of a Draco mesh or point cloud, bitstreams 1.3 to 2.3. The geometry is not decoded.
 // Returns empty metadata if the stream has none. Any bytes may be given. Takes some hundred bytes for each byte
 // of metadata at most. Errors: kUnsupported (another bitstream), kInvalidInput (no Draco stream, or metadata
-// that end early, contradict themselves, repeat the name of a part, or nest more than a thousand times).
+// that end early, contradict themselves, have an empty value, repeat the name of a part, or nest more than a
+// thousand times).
 // Thread-safe.
 PSPLIT_EXPORT Expected<StreamMetadata> read_metadata(Span<const uint8_t> stream);
 

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
+import { read_all, values_of } from './draco_answers.mjs';
 import { modules_folder, package_folder, stock } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
@@ -20,7 +21,6 @@ function decoded(draco, bytes, skipped = [], mesh = new draco.Mesh()) {
   const status = decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, mesh);
   return { decoder, mesh, status };
 }
-const values_of = (array) => Array.from({ length: array.size() }, (_, i) => array.GetValue(i));
 function same_answers(answer, message) {
   const expected = answer(theirs);
   assert.deepEqual(answer(newest), expected, `${message}: draco3d differs from itself`);
@@ -156,30 +156,6 @@ test('the kind of a stream', () => {
   assert.equal(new ours.Decoder().GetEncodedGeometryType(new ours.DecoderBuffer()), ours.INVALID_GEOMETRY_TYPE);
 });
 
-// Everything that can be read of an attribute, in every type.
-function read_all({ decoder, mesh }, draco) {
-  const arrays = [...['Int8', 'UInt8', 'Int16', 'UInt16', 'Int32', 'UInt32', 'Int'].map((name) => [name, /UInt/.test(name) ? name : name === 'Int' ? 'Int32' : name]), ['Float', 'Float32']];
-  return Array.from({ length: mesh.num_attributes() }, (_, i) => {
-    const attribute = decoder.GetAttribute(mesh, i), components = attribute.num_components(), data = attribute.GetAttributeTransformData();
-    const facts = [attribute.attribute_type(), attribute.data_type(), components, attribute.normalized(), attribute.unique_id(),
-      attribute.byte_stride(), draco.getPointer(data) !== 0 && data.transform_type()];
-    const read = arrays.filter(([name]) => name !== 'Float' || components <= 4).map(([name, of]) => {
-      const out = new draco[`Draco${of}Array`]();
-      return [name, decoder[`GetAttribute${name}ForAllPoints`](mesh, attribute, out) && values_of(out)];
-    });
-    // Stored values, by their numbers.
-    const stored = [attribute.size()], value = new draco.DracoFloat32Array();
-    for (const number of new Set([0, 1, attribute.size() >> 1, attribute.size() - 1]))
-      if (components <= 4) stored.push(decoder.GetAttributeFloat(attribute, number, value) && values_of(value));
-    const written = [];
-    for (let type = 0; type <= draco.DT_TYPES_COUNT; ++type) {
-      const bytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1, 4][type], size = bytes * mesh.num_points() * components, at = draco._malloc(size);
-      written.push(decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, at) && draco.HEAPU8.slice(at, at + size));
-      draco._free(at);
-    }
-    return { facts, stored, read, written };
-  });
-}
 // Streams whose attributes are described as those of another type. Draco stores unquantized values as their bytes. Those of
 // positions are 0 and 1, because other bytes in place of bools are undefined in draco3d.
 const { faces } = grid(5);

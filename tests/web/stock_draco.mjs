@@ -95,21 +95,52 @@ export function encode({ points, faces }, { method, speed, bits, extra }) {
   }
 }
 
-// Encodes a point cloud with colours.
-export function encode_cloud(point_count) {
+// Encodes a point cloud. `types`: the numbers of Draco of types that it has besides positions, in several attributes. `welded`:
+// points of the same values become one. `metadata` has entries of the cloud and of its first attribute.
+export function encode_cloud(point_count, { method = 'kd-tree', speed = 5, bits = 11, types = [2], welded = false, metadata = false } = {}) {
   const encoder = new encoders.Encoder(), builder = new encoders.PointCloudBuilder(), cloud = new encoders.PointCloud();
   const out = new encoders.DracoInt8Array();
   try {
-    const points = Float32Array.from({ length: 3 * point_count }, (_, i) => Math.sin(i));
-    builder.AddFloatAttribute(cloud, encoders.POSITION, point_count, 3, points);
-    builder.AddUInt8Attribute(cloud, encoders.COLOR, point_count, 3, Uint8Array.from(points, (_, i) => i * 7));
-    encoder.SetAttributeQuantization(encoders.POSITION, 11);
-    const length = encoder.EncodePointCloudToDracoBuffer(cloud, false, out);
+    const { POSITION, NORMAL, COLOR, TEX_COORD, GENERIC } = encoders, points = Float32Array.from({ length: 3 * point_count }, (_, i) => Math.sin(i % 300));
+    const first = builder.AddFloatAttribute(cloud, POSITION, point_count, 3, points);
+    for (const [i, type] of types.entries()) {
+      const components = 1 + (type + i) % 4, Type = kArrays[type], scale = type === 9 ? 1 / 64 : 1;
+      const values = Type.from({ length: components * point_count }, (_, at) => ((at * 7) % 100 - (type % 2 === 0 ? 0 : 50)) * scale);
+      const add = type === 9 ? 'AddFloatAttribute' : `Add${Type.name.replace('Uint', 'UInt').replace('Array', '')}Attribute`;
+      builder[add](cloud, type === 2 ? COLOR : type === 9 && components === 2 ? TEX_COORD : GENERIC, point_count, components, values);
+    }
+    if (types.includes(9)) builder.AddFloatAttribute(cloud, NORMAL, point_count, 3, points.map((value) => value / 2 + 0.1));
+    if (metadata) {
+      const of_cloud = new encoders.Metadata(), of_attribute = new encoders.Metadata(), author = new encoders.MetadataBuilder();
+      author.AddStringEntry(of_cloud, 'title', 'hills');
+      author.AddIntEntry(of_cloud, 'number', -7);
+      author.AddIntEntryArray(of_cloud, 'some', Int32Array.of(1, -2, 3), 3);
+      author.AddDoubleEntry(of_cloud, 'half', 0.5);
+      author.AddStringEntry(of_attribute, 'name', 'place');
+      builder.AddMetadata(cloud, of_cloud);
+      builder.SetMetadataForAttribute(cloud, first, of_attribute);
+      for (const object of [of_cloud, of_attribute, author]) encoders.destroy(object);
+    }
+    encoder.SetSpeedOptions(speed, speed);
+    encoder.SetEncodingMethod(method === 'kd-tree' ? 1 : 0);
+    if (bits > 0) for (const attribute of [POSITION, NORMAL, TEX_COORD, GENERIC]) encoder.SetAttributeQuantization(attribute, bits);
+    const length = encoder.EncodePointCloudToDracoBuffer(cloud, welded, out);
     if (length === 0) throw new Error('draco3d does not encode');
     return Uint8Array.from({ length }, (_, i) => out.GetValue(i) & 255);
   } finally {
     for (const object of [out, cloud, builder, encoder]) encoders.destroy(object);
   }
+}
+
+// Point clouds of all codings that draco3d's encoder writes, as [name, bytes].
+export function* clouds() {
+  for (const method of ['kd-tree', 'sequential'])
+    for (const speed of [0, 2, 4, 5, 7, 8, 9, 10])
+      for (const bits of method === 'kd-tree' ? [5, 11, 16] : [0, 11])
+        for (const types of [[], [2], [1, 3, 4, 5, 6], [9, 2, 9, 5]])
+          for (const [count, welded] of [[1, false], [2, false], [100, true], [700, false]])
+            yield [`${method}, speed ${speed}, ${bits} bits, types ${types}, ${count} points${welded ? ', welded' : ''}`,
+              encode_cloud(count, { method, speed, bits, types, welded })];
 }
 
 // A GLB file of JSON and a buffer.
@@ -134,3 +165,16 @@ export function draco_glb(stream) {
     bufferViews: [{ buffer: 0, byteLength: stream.length }], buffers: [{ byteLength: stream.length }],
   }, stream);
 }
+
+// A stream of draco3d with metadata put into it, which its encoder would not write: trees of metadata, by unique id of an
+// attribute, and that of the geometry.
+export function with_metadata(bytes, of_attributes, of_geometry) {
+  const trees = [...varint(of_attributes.length), ...of_attributes.flatMap(([unique_id, tree]) => [...varint(unique_id), ...tree]), ...of_geometry];
+  return Uint8Array.from([...bytes.subarray(0, 10), bytes[10] | 0x80, ...trees, ...bytes.subarray(11)]);
+}
+// Of entries, as [name, bytes], and parts, as [name, tree].
+export const metadata_tree = (entries, parts = []) => [
+  ...varint(entries.length), ...entries.flatMap(([name, value]) => [...sized(name), ...varint(value.length), ...value]),
+  ...varint(parts.length), ...parts.flatMap(([name, tree]) => [...sized(name), ...tree])];
+const varint = (number) => (number < 128 ? [number] : [(number & 127) | 128, ...varint(number >>> 7)]);
+const sized = (name) => [Buffer.byteLength(name), ...Buffer.from(name)];

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "src/container/claims.h"
-#include "src/core/workspace.h"
+#include "src/core/decode_cloud.h"
 #include "src/cpu/convert.h"
 #include "web/src/heap.h"
 
@@ -13,15 +13,33 @@ using core::DataType;
 using core::Fault;
 
 // A module for Draco streams alone leaves out the code for condensed streams. The other module has it anyway,
-// so that one decoder serves both.
+// so that one decoder serves both, and leaves out point clouds: its functions make meshes.
 #if defined(PSPLIT_ONLY_DRACO)
 constexpr auto kKinds = core::StreamKinds::kDraco;
+
+Expected<core::CloudHeader> read_header(std::span<const uint8_t> stream) {
+  core::CloudHeader header;
+  const Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
+  if (fault == Fault::kNone) return header;
+  if (fault != Fault::kNotDraco) return status_of(fault);
+  const Expected<core::StreamHeader> of_mesh = read_stream_header(stream);
+  if (!of_mesh) return of_mesh.status();
+  static_cast<core::StreamHeader&>(header) = *of_mesh;
+  return header;
+}
+Fault decode_stream(const core::CloudHeader& header, core::Arena& arena, DecodedStream::Patch& patch) {
+  return header.is_cloud ? core::decode_cloud<uint32_t, kKinds>(header, arena, patch)
+                         : core::decode_patch<uint32_t, kKinds>(header, arena, patch);
+}
 #else
 constexpr auto kKinds = core::StreamKinds::kBoth;
+
+constexpr auto read_header = read_stream_header;
+constexpr auto decode_stream = core::decode_patch<uint32_t, kKinds>;
 #endif
 
 Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<uint8_t[]> bytes, size_t size) {
-  const Expected<core::StreamHeader> header = read_stream_header({bytes.get(), size});
+  const auto header = read_header({bytes.get(), size});
   if (!header) return header.status();
   std::unique_ptr<DecodedStream> stream(new DecodedStream());
   stream->bytes_ = std::move(bytes);
@@ -32,7 +50,7 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   const auto grow = [](uint8_t* memory, size_t wanted) { return resize(memory, wanted) ? wanted : 0; };
   const auto most = static_cast<size_t>(core::justified_bytes(size));
   core::Arena arena(stream->memory_.get(), kFirstBytes, most, grow);
-  const Fault fault = core::decode_patch<uint32_t, kKinds>(*header, arena, stream->patch_);
+  const Fault fault = decode_stream(*header, arena, stream->patch_);
   if (fault != Fault::kNone) return status_of(fault);
   resize(stream->memory_.get(), arena.mark());
   stream->close_up_faces();

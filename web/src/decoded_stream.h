@@ -41,9 +41,12 @@ class DecodedStream {
   using Patch = core::Patch<uint32_t>;
   using Attribute = core::Attribute<uint32_t>;
 
-  // Decodes a Draco 2.2 mesh stream. Any bytes may be given. Errors: kUnsupported for older bitstreams,
+  // Decodes a Draco 2.2 mesh stream; a module for Draco streams alone also a point cloud of 2.2 or 2.3, which
+  // becomes a patch without faces. Any bytes may be given. Errors: kUnsupported for other bitstreams,
   // kInvalidInput for everything else that does not decode.
   static Expected<std::unique_ptr<DecodedStream>> decode(std::unique_ptr<uint8_t[]> bytes, size_t size);
+
+  const uint8_t* bytes() const { return bytes_.get(); }
 
   // Its point_at is not as the core left it: see faces().
   const Patch& patch() const { return patch_; }
@@ -63,7 +66,8 @@ class DecodedStream {
   // none.
   bool write_integers(const Attribute& attribute, int32_t* out) const;
 
-  // For each point the number of the attribute's stored value that it has, in the order of the stream.
+  // For each point the number of the attribute's stored value that it has, in the order of the stream. For
+  // Edgebreaker meshes: in all other streams, value i is that of point i.
   void write_value_numbers(const Attribute& attribute, uint32_t* out) const;
 
  private:

@@ -69,7 +69,7 @@ TEST(DracoMetadata, AreATree) {
   bytes.insert(bytes.end(), {0, 1});
   append_name(bytes, "inner");
   bytes.push_back(1);
-  append_entry(bytes, "", {});
+  append_entry(bytes, "", {5});
   bytes.push_back(0);
   append_name(bytes, "second");
   bytes.insert(bytes.end(), {0, 0});
@@ -86,7 +86,18 @@ TEST(DracoMetadata, AreATree) {
   EXPECT_EQ(metadata.geometry.find_part("third"), nullptr);
   const Metadata* inner = metadata.geometry.find_part("first")->find_part("inner");
   ASSERT_NE(inner, nullptr);
-  EXPECT_TRUE(inner->find_entry("")->empty());
+  EXPECT_EQ(*inner->find_entry(""), std::vector<uint8_t>{5});
+}
+
+TEST(DracoMetadata, HaveNoEmptyValues) {
+  for (const size_t size : {0u, 1u}) {
+    std::vector<uint8_t> bytes = front();
+    bytes.insert(bytes.end(), {0, 1});
+    append_entry(bytes, "empty", std::vector<uint8_t>(size, 7));
+    bytes.resize(bytes.size() + 100);
+    EXPECT_EQ(read_metadata(bytes).ok(), size > 0);
+    EXPECT_EQ(read_metadata_with_libdraco(bytes).has_value(), size > 0);
+  }
 }
 
 // Parts in each other, `depth` times.
@@ -110,7 +121,7 @@ TEST(DracoMetadata, NestAThousandTimes) {
   }
   for (const size_t depth : {1002u, 100'000u}) {
     EXPECT_EQ(read_metadata(nested(depth)).status().to_string(),
-              "Draco stream: metadata that repeat a name or nest too deeply");
+              "Draco stream: metadata with an empty value, or that repeat a name or nest too deeply");
     EXPECT_FALSE(read_metadata_with_libdraco(nested(depth)));
   }
 }

@@ -13,7 +13,7 @@ declare namespace createDecoderModule {
     /** Returns the address of a file, in Node.js its path. */
     locateFile?: (file: string) => string;
     /**
-     * draco3d, for older bitstreams and point clouds: its module, or the address of the folder that has its draco_wasm_wrapper.js
+     * draco3d, for bitstreams older than 2.2: its module, or the address of the folder that has its draco_wasm_wrapper.js
      * and draco_decoder.wasm. Classic workers load these when the first such stream comes; elsewhere it must be the module.
      */
     draco3d?: string | object;

@@ -25,6 +25,9 @@ var DracoDecoderModule = (() => {
     Float32Array];
   const kRaw = 0, kQuantized = 2, kNormal = 3;  // codings
   const kHeaderBytes = 11;
+  // What stream_metadata lists: a tree of an attribute or of the geometry begins, a part of it begins, an entry, an end.
+  const kGeometryTree = 1, kPart = 2, kEntry = 3;
+  const kMostDepth = 1001;  // so many parts in each other are draco3d's limit
 
   // An instance. Meshes and memory of _malloc stay in theirs.
   class Core {
@@ -44,13 +47,17 @@ var DracoDecoderModule = (() => {
       if (at === 0) throw new RangeError('psplit: out of memory');
       return at;
     }
-    // The handle of what decoding makes of the bytes, or 0. If it is left by an exception, the instance cannot decode any
-    // more, but its memory and what lives there stay as they are.
+    // The handle of what decoding makes of the bytes, or 0.
     decode(bytes) {
       const at = this.allocate(bytes.length);
       new Uint8Array(this.buffer, at, bytes.length).set(bytes);
+      return this.call('decode_stream', at, bytes.length);
+    }
+    // Calls an export that takes memory. If it is left by an exception, the instance cannot decode any more, but its memory and
+    // what lives there stay as they are.
+    call(name, ...rest) {
       try {
-        return this.exports.decode_stream(at, bytes.length);
+        return this.exports[name](...rest);
       } catch (error) {
         this.broken = true;
         throw new RangeError(`psplit: out of memory (${error.message})`);
@@ -138,16 +145,18 @@ var DracoDecoderModule = (() => {
         super();
         const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 10);
         [this.semantic_, this.type_, this.components_, this.normalized_, this.unique_id_, this.coding_, this.bits_] = words;
-        this.value_count_ = words[9];
+        this.value_count_ = mesh.has_order_ ? words[9] : mesh.num_points();
         this.range_ = new Float32Array(words.buffer, words.byteOffset + 28, 1)[0];
         // The origin is in the bytes of the stream, at any address.
         this.origin_ = this.coding_ === kQuantized
           ? new Float32Array(words.buffer.slice(words[8], words[8] + 4 * this.components_)) : [];
         this.mesh_ = mesh;
         this.index_ = index;
-        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && this.coding_ !== kRaw;
+        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && (mesh.is_kd_tree_ ? this.coding_ === kQuantized : this.coding_ !== kRaw);
         if (!this.is_skipped_) return;
-        this.type_ = DT_INT32;
+        // Those of a kD-tree lose their id.
+        if (mesh.is_kd_tree_) this.unique_id_ = 0;
+        this.type_ = mesh.is_kd_tree_ ? DT_UINT32 : DT_INT32;
         this.normalized_ = 0;
         if (this.coding_ === kNormal) this.components_ = 2;
       }
@@ -208,6 +217,7 @@ var DracoDecoderModule = (() => {
       handle_ = 0;
       skipped_ = new Set();
       attributes_ = [];
+      metadata_ = [];  // those of attributes with their unique ids, and last that of the geometry
       theirs_;  // draco3d's object, if draco3d decoded it
       num_attributes() { return this.counts_[2]; }
       num_points() { return this.counts_[1]; }
@@ -218,8 +228,9 @@ var DracoDecoderModule = (() => {
         if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
         leave(this.core_);
         this.handle_ = 0;
-        for (const attribute of this.attributes_) attribute.__destroy__();
+        for (const object of [...this.attributes_, ...this.metadata_.map(([, metadata]) => metadata)]) object.__destroy__();
         this.attributes_ = [];
+        this.metadata_ = [];
         this.faces_ = undefined;
         this.counts_ = [0, 0, 0];
       }
@@ -231,14 +242,71 @@ var DracoDecoderModule = (() => {
     class Mesh extends PointCloud {
       num_faces() { return this.counts_[0]; }
     }
-    class Metadata extends WrapperObject {}
-    const kNoMetadata = null_of(Metadata);
-    // psplit skips metadata. That of draco3d is in draco3d's own objects.
-    class MetadataQuerier extends WrapperObject {}
-    for (const [name, none] of Object.entries({ HasEntry: false, GetIntEntry: 0, GetIntEntryArray: undefined, GetDoubleEntry: 0,
-      GetStringEntry: '', NumEntries: 0, GetEntryName: '' })) {
+    // Names are strings of bytes, in whose order draco3d has them.
+    class Metadata extends WrapperObject {
+      constructor(entries = new Map()) {
+        super();
+        this.entries_ = entries;
+      }
+    }
+    const kNoMetadata = null_of(Metadata, { entries_: new Map() });
+    const string_of_bytes = (bytes) => String.fromCharCode(...bytes);
+    // Strings of C end at a zero.
+    const bytes_of_text = (text) => new TextEncoder().encode(text.split('\0', 1)[0]);
+    const text_of_bytes = (bytes) => new TextDecoder().decode(bytes).split('\0', 1)[0];
+    const entry_of = ({ entries_: entries }, name) => entries.get(string_of_bytes(bytes_of_text(name)));
+    // The metadata of a decoded stream that has some, as those of a mesh. Undefined if it is more than draco3d accepts.
+    function metadata_of({ core_: core, handle_: handle }, size) {
+      const [at, count] = core.words(core.call('stream_metadata', handle, size), 2), words = core.words(at, count).slice(), trees = [];
+      core.exports.release(at);
+      const bytes = (at, size) => new Uint8Array(core.buffer, at, size), name_of = (at, size) => string_of_bytes(bytes(at, size));
+      let entries, open;  // entries of parts cannot be asked for
+      for (let i = 0; i < words.length; i += 5) {
+        const [call, first, second, third, fourth] = words.subarray(i, i + 5);
+        if (call <= kGeometryTree) {
+          trees.push([call === kGeometryTree ? undefined : first, entries = new Map()]);
+          open = [];
+        } else if (call === kPart) {
+          while (open.at(-1).missing === 0) open.pop();
+          const { names } = open.at(-1), count = names.size;
+          --open.at(-1).missing;
+          if (open.length > kMostDepth || names.add(name_of(first, second)).size === count) return undefined;
+          entries = undefined;
+        } else if (call === kEntry) {
+          if (fourth === 0) return undefined;
+          entries?.set(name_of(first, second), bytes(third, fourth).slice());
+        } else if (first > 0) {
+          open.push({ missing: first, names: new Set() });
+        }
+      }
+      return trees.map(([unique_id, tree]) => [unique_id, new Metadata(tree)]);
+    }
+    class MetadataQuerier extends WrapperObject {
+      HasEntry(metadata, name) { return entry_of(metadata, name) !== undefined; }
+      GetIntEntry(metadata, name) {
+        const value = entry_of(metadata, name);
+        return value?.length === 4 ? new Int32Array(value.buffer)[0] : 0;
+      }
+      GetIntEntryArray(metadata, name, out) {
+        const value = entry_of(metadata, name);
+        out.array_ = new Int32Array(value?.length % 4 === 0 ? value.buffer : 0);
+      }
+      GetDoubleEntry(metadata, name) {
+        const value = entry_of(metadata, name);
+        return value?.length === 8 ? new Float64Array(value.buffer)[0] : 0;
+      }
+      GetStringEntry(metadata, name) { return text_of_bytes(entry_of(metadata, name)); }
+      NumEntries(metadata) { return metadata.entries_.size; }
+      GetEntryName(metadata, number) {
+        return text_of_bytes(Uint8Array.from([...metadata.entries_.keys()].sort()[number] ?? '', (letter) => letter.charCodeAt()));
+      }
+    }
+    // The calls above are for metadata that psplit read.
+    for (const name of Object.getOwnPropertyNames(MetadataQuerier.prototype)) {
+      if (name === 'constructor') continue;
+      const own = MetadataQuerier.prototype[name];
       MetadataQuerier.prototype[name] = function (metadata, ...rest) {
-        if (metadata instanceof Metadata) return none;
+        if (metadata instanceof Metadata) return own.call(this, metadata, ...rest);
         this.theirs_ ??= new draco3d.MetadataQuerier();
         return call_draco3d(this.theirs_, name, metadata, rest);
       };
@@ -246,7 +314,6 @@ var DracoDecoderModule = (() => {
 
     class Decoder extends WrapperObject {
       #skipped = new Set();
-      #metadata = new Metadata();
 
       // Of an array, draco3d looks at one byte alone.
       GetEncodedGeometryType(data) {
@@ -255,15 +322,18 @@ var DracoDecoderModule = (() => {
       }
       GetEncodedGeometryType_Deprecated(buffer) { return this.GetEncodedGeometryType(buffer); }
 
-      DecodeArrayToMesh(data, size, mesh) { return this.#decode(bytes_of(data, size), mesh); }
-      DecodeBufferToMesh(buffer, mesh) { return this.#decode(buffer.data_, mesh); }
-      DecodeArrayToPointCloud(data, size, cloud) { return this.#decode_point_cloud(bytes_of(data, size), cloud); }
-      DecodeBufferToPointCloud(buffer, cloud) { return this.#decode_point_cloud(buffer.data_, cloud); }
-      #decode_point_cloud(bytes, cloud) {
-        cloud.clear_();
-        const status = header_status(bytes, kConstants.POINT_CLOUD);
-        return is_fault(status) ? status : this.#decode_by_draco3d(bytes, cloud, 'PointCloud', !status.ok() ? status
-          : new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them'));
+      DecodeArrayToMesh(data, size, mesh) { return this.#decode(bytes_of(data, size), mesh, 'Mesh'); }
+      DecodeBufferToMesh(buffer, mesh) { return this.#decode(buffer.data_, mesh, 'Mesh'); }
+      DecodeArrayToPointCloud(data, size, cloud) { return this.#decode(bytes_of(data, size), cloud, 'PointCloud'); }
+      DecodeBufferToPointCloud(buffer, cloud) { return this.#decode(buffer.data_, cloud, 'PointCloud'); }
+      #decode(bytes, mesh, kind) {
+        mesh.clear_();
+        const status = header_status(bytes, kind === 'Mesh' ? kConstants.TRIANGULAR_MESH : kConstants.POINT_CLOUD);
+        if (is_fault(status)) return status;
+        const [major, minor] = bytes.subarray(5);
+        if (status.ok() && major === 2 && minor >= 2) return this.#decode_by_psplit(bytes, mesh);
+        return this.#decode_by_draco3d(bytes, mesh, kind, !status.ok() ? status : new Status(kConstants.UNSUPPORTED_VERSION,
+          `psplit: bitstream ${major}.${minor} is older than 2.2, the oldest that is decoded`));
       }
       // What psplit refuses, with `refusal`, if the page offers no draco3d.
       #decode_by_draco3d(bytes, mesh, kind, refusal) {
@@ -289,15 +359,6 @@ var DracoDecoderModule = (() => {
         if (this.theirs_ !== undefined) draco3d.destroy(this.theirs_);
         super.__destroy__();
       }
-      #decode(bytes, mesh) {
-        mesh.clear_();
-        const status = header_status(bytes, kConstants.TRIANGULAR_MESH);
-        if (is_fault(status)) return status;
-        const [major, minor] = bytes.subarray(5);
-        if (major === 2 && minor === 2) return this.#decode_by_psplit(bytes, mesh);
-        return this.#decode_by_draco3d(bytes, mesh, 'Mesh', !status.ok() ? status : new Status(kConstants.UNSUPPORTED_VERSION,
-          `psplit: bitstream ${major}.${minor} is older than 2.2, the only one that is decoded`));
-      }
       #decode_by_psplit(bytes, mesh) {
         mesh.core_ = usable_core();
         mesh.skipped_ = new Set(this.#skipped);
@@ -307,10 +368,17 @@ var DracoDecoderModule = (() => {
           if (mesh.handle_ === 0) return this.#last_error(mesh.core_);
           ++mesh.core_.live;
           mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(mesh.handle_), 3));
+          const is_mesh = bytes[7] === kConstants.TRIANGULAR_MESH, is_sequential = bytes[8] === 0;
+          mesh.has_order_ = is_mesh && !is_sequential;  // Edgebreaker's order of values, which is not that of points
+          mesh.is_kd_tree_ = !is_mesh && !is_sequential;
           mesh.attributes_ = Array.from({ length: mesh.counts_[2] }, (_, i) => new PointAttribute(mesh, i));
-          mesh.is_sequential_ = bytes[8] === 0;
-          mesh.has_metadata_ = bytes[10] >= 128;
-          return new Status();
+          const metadata = bytes[10] >= 128 ? metadata_of(mesh, bytes.length) : [];
+          if (metadata !== undefined) {
+            mesh.metadata_ = metadata;
+            return new Status();
+          }
+          mesh.clear_();
+          return new Status(kConstants.DRACO_ERROR, 'psplit: Draco stream: metadata with an empty value, or that repeat a name or nest too deeply');
         } catch (error) {
           mesh.clear_();
           if (!(error instanceof RangeError)) throw error;
@@ -329,11 +397,19 @@ var DracoDecoderModule = (() => {
       GetAttributeByUniqueId(mesh, unique_id) {
         return mesh.attributes_.find((attribute) => attribute.unique_id_ === unique_id) ?? kNoAttribute;
       }
-      // psplit skips metadata.
-      GetAttributeIdByName() { return -1; }
-      GetAttributeIdByMetadataEntry() { return -1; }
-      GetMetadata(mesh) { return mesh.has_metadata_ ? this.#metadata : kNoMetadata; }
-      GetAttributeMetadata(mesh) { return this.GetMetadata(mesh); }
+      GetAttributeIdByName(mesh, name) { return this.GetAttributeIdByMetadataEntry(mesh, 'name', name); }
+      GetAttributeIdByMetadataEntry(mesh, name, value) {
+        const wanted = string_of_bytes(bytes_of_text(value));
+        const unique_id = mesh.metadata_.slice(0, -1).find(([, metadata]) => {
+          const entry = entry_of(metadata, name);
+          return entry?.length > 0 && entry.length === wanted.length && string_of_bytes(entry) === wanted;
+        })?.[0];
+        return mesh.attributes_.findIndex((attribute) => attribute.unique_id_ === unique_id);
+      }
+      GetMetadata(mesh) { return mesh.metadata_.at(-1)?.[1] ?? kNoMetadata; }
+      GetAttributeMetadata(mesh, id) {
+        return mesh.metadata_.find(([unique_id]) => unique_id !== undefined && unique_id === mesh.attributes_[id]?.unique_id_)?.[1] ?? kNoMetadata;
+      }
 
       GetTrianglesUInt16Array(mesh, size, out) {
         return mesh.num_points() <= 65536 && this.#write_faces(mesh, 2, size, out);
@@ -357,9 +433,9 @@ var DracoDecoderModule = (() => {
         if (!(attribute instanceof PointAttribute)) return call_draco3d(this.their_decoder_(), 'GetAttributeFloat', attribute, [number, out]);
         const { mesh_: mesh, components_: components } = attribute;
         if (!(number >= 0 && number < attribute.value_count_)) return false;
-        const numbers = (attribute.value_numbers_ ??= read(mesh, Uint32Array, mesh.num_points(),
-          (at) => (mesh.core_.exports.write_value_numbers(mesh.handle_, attribute.index_, at), 1)));
-        const floats = (attribute.floats_ ??= values_of(mesh, attribute, DT_FLOAT32)), point = numbers.indexOf(number);
+        const floats = (attribute.floats_ ??= values_of(mesh, attribute, DT_FLOAT32)), point = !mesh.has_order_ ? number
+          : (attribute.value_numbers_ ??= read(mesh, Uint32Array, mesh.num_points(),
+            (at) => (mesh.core_.exports.write_value_numbers(mesh.handle_, attribute.index_, at), 1))).indexOf(number);
         if (point < 0) return false;
         out.array_ = floats.slice(point * components, (point + 1) * components);
         return true;
@@ -438,7 +514,7 @@ var DracoDecoderModule = (() => {
         mesh.core_.exports.release(at);
       }
     }
-    const integers_of = (mesh, attribute) => read(mesh, Int32Array, value_count(mesh, attribute),
+    const integers_of = (mesh, attribute) => read(mesh, kArrays[attribute.type_], value_count(mesh, attribute),
       (at) => mesh.core_.exports.write_integers(mesh.handle_, attribute.index_, at));
     // Null if a number does not fit the type. As libdraco compares them, all fit DT_UINT32.
     function converted(integers, type) {
@@ -455,8 +531,8 @@ var DracoDecoderModule = (() => {
     const is_twin = (a, b) => a !== b && a >= DT_INT8 && a <= DT_UINT32 && Math.ceil(a / 2) === Math.ceil(b / 2);
     function values_for_all_points(mesh, attribute, type, out) {
       if (attribute === kNoAttribute) return false;
-      // draco3d copies the bytes of sequential streams.
-      const stored = mesh.is_sequential_ && is_twin(attribute.type_, type) ? attribute.type_ : type;
+      // draco3d copies the bytes of values that are in the order of points.
+      const stored = !mesh.has_order_ && is_twin(attribute.type_, type) ? attribute.type_ : type;
       const values = values_of(mesh, attribute, stored);
       if (values === null) return false;
       out.array_ = stored === type ? values : new kArrays[type](values.buffer);
