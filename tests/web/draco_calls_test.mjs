@@ -1,6 +1,7 @@
 // psplit/draco where pages call it in unusual ways: reused objects, its heap, null objects, faulty headers, and every
 // type of value. The answers are draco3d's, except where draco3d reads memory that holds something else.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
@@ -55,7 +56,7 @@ test('memory of _malloc outlives errors of calls', async () => {
 });
 
 // A module whose decoding traps, as it does when memory runs out.
-async function module_with_trap() {
+async function module_with_trap(config) {
   const { Instance } = WebAssembly, state = { traps: false };
   WebAssembly.Instance = class {
     constructor(...of) {
@@ -66,7 +67,7 @@ async function module_with_trap() {
       } };
     }
   };
-  return { draco: await createDecoderModule(), state, restore: () => (WebAssembly.Instance = Instance) };
+  return { draco: await createDecoderModule(config), state, restore: () => (WebAssembly.Instance = Instance) };
 }
 test('memory of _malloc outlives a decoder that ran out of memory', async () => {
   const { draco, state, restore } = await module_with_trap();
@@ -92,6 +93,28 @@ test('memory of _malloc outlives a decoder that ran out of memory', async () => 
     for (const block of [at, ...blocks]) draco._free(block);
   } finally {
     restore();
+  }
+});
+
+test('instantiateWasm makes the instance', async () => {
+  const bytes = stream(), compiled = new WebAssembly.Module(readFileSync(path.join(package_folder, 'draco/draco_decoder.wasm')));
+  for (const given of [[], [compiled]]) {
+    const instantiateWasm = (imports, done) => {
+      setTimeout(() => done(new WebAssembly.Instance(compiled, imports), ...given));
+      return {};
+    };
+    const { draco, state, restore } = await module_with_trap({ instantiateWasm });
+    try {
+      assert.ok(decoded(draco, bytes).status.ok());
+      state.traps = true;
+      assert.match(decoded(draco, bytes).status.error_msg(), /out of memory/);
+      state.traps = false;
+      const { status } = decoded(draco, bytes);
+      assert.equal(status.ok(), given.length > 0);
+      if (!status.ok()) assert.match(status.error_msg(), /out of memory \(it was before\)/);
+    } finally {
+      restore();
+    }
   }
 });
 

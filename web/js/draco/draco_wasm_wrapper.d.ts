@@ -10,6 +10,11 @@ declare namespace createDecoderModule {
   export interface DecoderConfig {
     /** The bytes of draco_decoder.wasm. By default they are loaded from beside the script. */
     wasmBinary?: ArrayBuffer | Uint8Array;
+    /**
+     * Makes the instance, as for emscripten: `done` takes it, and perhaps its module. Without the module a decoder that ran
+     * out of memory stays so.
+     */
+    instantiateWasm?: (imports: WebAssembly.Imports, done: (instance: WebAssembly.Instance, module?: WebAssembly.Module) => void) => unknown;
     /** Returns the address of a file, in Node.js its path. */
     locateFile?: (file: string) => string;
     /**

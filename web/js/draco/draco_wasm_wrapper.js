@@ -31,8 +31,8 @@ var DracoDecoderModule = (() => {
 
   // An instance. Meshes and memory of _malloc stay in theirs.
   class Core {
-    constructor(module) {
-      this.exports = new WebAssembly.Instance(module, {}).exports;
+    constructor(instance) {
+      this.exports = instance.exports;
       this.live = 0;  // meshes, and memory of _malloc
       this.broken = false;
     }
@@ -57,6 +57,7 @@ var DracoDecoderModule = (() => {
     // what lives there stay as they are.
     call(name, ...rest) {
       try {
+        if (this.broken) throw new Error('it was before');
         return this.exports[name](...rest);
       } catch (error) {
         this.broken = true;
@@ -65,14 +66,16 @@ var DracoDecoderModule = (() => {
     }
   }
 
-  function make_module(compiled, config) {
+  // `compiled`: what further instances are made of. Without it an instance that broke stays.
+  function make_module({ instance, compiled }, config) {
     // What decodes now, and what _malloc takes memory from. They differ only while memory of _malloc lives in an instance
     // that broke.
-    let core = new Core(compiled), heap = core;
+    let core = new Core(instance), heap = core;
     const blocks = new Set();  // of _malloc
     let timer;
     const renew = () => {
-      core = new Core(compiled);
+      if (compiled === undefined) return;
+      core = new Core(new WebAssembly.Instance(compiled, {}));
       if (blocks.size === 0) heap = core;
     };
     const usable_core = () => {
@@ -628,9 +631,16 @@ var DracoDecoderModule = (() => {
     return response.arrayBuffer();
   }
 
-  return async (config = {}) => {
+  // As emscripten calls it: instantiateWasm(imports, done), where done takes an instance and perhaps its module.
+  const given_instance = (config) => new Promise((resolve) =>
+    config.instantiateWasm({}, (instance, compiled) => resolve({ instance, compiled })));
+  async function own_instance(config) {
     const compiled = await WebAssembly.compile(await wasm_bytes(config));
-    const module = make_module(compiled, config);
+    return { instance: new WebAssembly.Instance(compiled, {}), compiled };
+  }
+
+  return async (config = {}) => {
+    const module = make_module(await (config.instantiateWasm ? given_instance : own_instance)(config), config);
     // The module is no promise: a `then` of its own would make `await` wait for ever.
     config.onRuntimeInitialized?.();
     config.onModuleLoaded?.(module);
