@@ -48,8 +48,11 @@ async function prepare() {
   globalThis.facts_of = async (load) => {
     const scene = new Scene(engine), parts = [], begin = performance.now();
     try {
-      const { meshes } = await load(scene, parts), end = performance.now();
-      return { meshes: await Promise.all(meshes.map(mesh_facts)), parts, times: [begin, end] };
+      const { meshes, psplit: { whole } } = await load(scene, parts), first = performance.now();
+      const drawn = () => meshes.reduce((sum, mesh) => sum + (mesh.getIndices() ?? []).filter((point) => point > 0).length, 0);
+      const drawn_first = drawn();
+      await whole;
+      return { meshes: await Promise.all(meshes.map(mesh_facts)), parts, times: [begin, first, performance.now()], drawn: [drawn_first, drawn()] };
     } finally {
       scene.dispose();
     }
@@ -203,16 +206,21 @@ page_test('fallback, errors, and the end of a load', { script: prepare, files: {
 });
 
 page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_tool, files, script: prepare,
-  errors: [/b\/large.glb: net::ERR_ABORTED/, /status of 404/, /none.glb: net::ERR_ABORTED/] }, async ({ result, page }) => {
+  errors: [/[ab]\/large.glb: net::ERR_ABORTED/, /status of 404/, /none.glb: net::ERR_ABORTED/] }, async ({ result, page }) => {
   await result;
   const bytes = readFileSync(assets[large].encoded), chunks = (pause) => () => in_chunks(bytes, () => Math.ceil(bytes.length / 20), pause);
   const { origin, open } = await serve_slowly({ '/a/large.glb': chunks(40), '/b/large.glb': chunks(100) });
   const facts = await page.evaluate((url) => facts_of((scene, parts) => streamed(url, scene, {
     onPart: ({ indices }) => parts.push([performance.now(), indices.length]) })), `${origin}/a/large.glb`);
-  const { meshes, parts, times: [begin, end] } = facts;
+  const { meshes, parts, times: [begin, first, end], drawn } = facts;
   assert.deepEqual(meshes, await page.evaluate((i) => globalThis.facts(`/${i}/plain.glb`), large));
   assert.equal(parts.reduce((sum, [, count]) => sum + count, 0), meshes.reduce((sum, { indices }) => sum + (indices?.[0] ?? 0), 0));
   assert.ok(parts[0][0] - begin < (end - begin) / 2, `${parts[0][0] - begin} of ${end - begin} ms`);
+  // The meshes are there with their first patches.
+  assert.ok(first - begin < 0.8 * (end - begin), `${first - begin} of ${end - begin} ms`);
+  assert.ok(drawn[0] > 0 && drawn[0] < 0.9 * drawn[1], `${drawn}`);
+  const whole = await page.evaluate((url) => facts_of((scene) => streamed(url, scene, { patchByPatch: false })), `${origin}/a/large.glb`);
+  assert.deepEqual([whole.meshes, whole.drawn[0]], [meshes, drawn[1]]);
 
   const { code, ms } = await page.evaluate(async (url) => {
     const stop = new AbortController(), begin = performance.now();
@@ -226,6 +234,53 @@ page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_t
   assert.ok(!open.has('/b/large.glb'));
   assert.equal((await page.evaluate((url) => facts_of((scene) => streamed(url, scene)).catch((error) => error.code), `${origin}/none.glb`)), 'failed');
 });
+
+page_test('a mesh that grows on screen, and one that fails on the way', { skip: no_tool, headers: isolation, files, script: prepare,
+  errors: [/\.glb: net::ERR_ABORTED/] },
+  async ({ result, page }) => {
+    await result;
+    const bytes = readFileSync(assets[large].encoded), broken = Uint8Array.from(bytes);
+    broken.fill(0xff, broken.length - 300);
+    let go;  // sends the second half of the bytes
+    const halves = (of) => async function* () {
+      yield of.slice(0, of.length / 2);
+      await new Promise((resolve) => (go = resolve));
+      yield of.slice(of.length / 2);
+    };
+    const { origin } = await serve_slowly({ '/a.glb': halves(bytes), '/broken.glb': halves(broken), '/aborted.glb': halves(bytes),
+      '/go': () => (go(), []) });
+    // Frames with the first patches and after `whole`, as pixels that are not the background, and the pixels' digest.
+    const frames = (url, is_aborted = false) => page.evaluate(async (url, is_aborted) => {
+      const { Engine } = await import('@babylonjs/core/Engines/engine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+      const { AppendSceneAsync } = await import('@babylonjs/core/Loading/sceneLoader.js'), { digest } = await import('/page.js');
+      await Promise.all([import('@babylonjs/core/Helpers/sceneHelpers.js'), import('@babylonjs/core/Loading/loadingScreen.js')]);
+      const { loadStreaming } = await import('/psplit/babylon.js');
+      const engine = new Engine(document.querySelector('canvas')), scene = new Scene(engine), stop = new AbortController();
+      const { psplit } = url.endsWith('/plain.glb') ? (await AppendSceneAsync(url, scene), { psplit: { whole: null } })
+        : await loadStreaming(AppendSceneAsync, url, scene, { signal: stop.signal });
+      scene.createDefaultCameraOrLight(true);
+      await scene.whenReadyAsync();
+      const draw = async () => {
+        scene.render();
+        const { buffer } = await engine.readPixels(0, 0, 200, 200), pixels = new Uint32Array(buffer);
+        return { drawn: pixels.filter((pixel) => pixel !== pixels[0]).length, pixels: await digest(pixels) };
+      };
+      const first = await draw();
+      if (is_aborted) stop.abort();
+      else if (psplit.whole !== null) await (await fetch(new URL('/go', url))).text();
+      const code = await psplit.whole?.catch((error) => error.code), last = await draw();
+      engine.dispose();
+      return { first, last, code };
+    }, url, is_aborted);
+    const grown = await frames(`${origin}/a.glb`), plain = await frames(`/${large}/plain.glb`);
+    assert.ok(grown.first.drawn > 100 && grown.first.drawn < grown.last.drawn, JSON.stringify(grown));
+    assert.deepEqual([grown.last, grown.code], [plain.last, undefined]);
+    for (const [name, is_aborted, expected] of [['broken', false, 'invalid-input'], ['aborted', true, 'aborted']]) {
+      const { first, last, code } = await frames(`${origin}/${name}.glb`, is_aborted);
+      assert.ok(first.drawn > 100);
+      assert.deepEqual([last.drawn, code], [0, expected]);
+    }
+  });
 
 page_test('a frame', { skip: no_tool, headers: isolation, files, script: prepare },
   async ({ result, page }) => {

@@ -16,11 +16,11 @@ test('npm packs these files', () => {
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'asset.d.ts', 'asset.js', 'babylon.d.ts', 'babylon.js',
     'arriving.js', 'arriving_asset.js', 'container.js', 'container_job.js', 'error.js', 'files.js',
-    'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
+    'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js', 'aligned.js', 'growing_mesh.js',
     'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'job_runner.js', 'module.js', 'node.js', 'package.json', 'part.js', 'pool.js', 'psplit.wasm', 'task.js', 'types.js', 'worker.js',
     'three.d.ts', 'three.js',
-    'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/load_streaming.js', 'three/psplit_plugin.js',
+    'three/container.js', 'three/draco_loader.js', 'three/load_streaming.js', 'three/psplit_plugin.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
   for (const { path: file, mode } of files) assert.equal(mode, 0o644, file);
@@ -62,7 +62,7 @@ for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm',
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 10100], ['worker.js', 4550], ['three.js', 10100], ['babylon.js', 7900], ['asset.js', 8050], ['gltf-transform.js', 8200]])
+for (const [name, most] of [['index.js', 10100], ['worker.js', 4550], ['three.js', 10100], ['babylon.js', 9000], ['asset.js', 8050], ['gltf-transform.js', 8200]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

@@ -68,7 +68,9 @@ export async function arriving(pool: Pool, signal: AbortSignal): Promise<number>
   const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
   await psplit.whole;
   const load = async (source: string, scene: { name: string }) => ({ meshes: [source, scene.name] });
-  const { meshes } = await loadIntoBabylon(load, '/a.glb', { name: 'a' }, { signal, onPart: (part, { faceCount }) => console.log(part.patches, faceCount) });
+  const { meshes, psplit: { whole } } = await loadIntoBabylon(load, '/a.glb', { name: 'a' }, { signal, patchByPatch: true,
+    onPart: (part, { faceCount }) => console.log(part.patches, faceCount) });
+  await whole;
   return meshes.length + scene.children.length + primitives[0]!.faceCount + mesh.faceCount + json.meshes.length;
 }
 

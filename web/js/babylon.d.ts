@@ -19,11 +19,17 @@ export function registerPsplit(
   options?: BabylonOptions): void;
 
 export interface BabylonStreamingOptions {
-  /** Ends the download and the load, which rejects with the code `aborted`. */
+  /** Ends the download, the load and decoding, which reject with the code `aborted`. */
   signal?: AbortSignal;
   /** Of each container: its decoded patches, and their total. */
   onProgress?: (done: number, total: number) => void;
-  /** The patches of a container, when they have arrived and are decoded. Meshes get them when they are whole. */
+  /**
+   * Whether meshes are shown while their patches arrive, which is the default. The load then resolves when each mesh has its first
+   * patches. Meshes have their final size, and gain triangles until `whole` resolves. Do not copy or change their geometry before.
+   * Meshes with stored weights of a skin, or with morph targets, arrive whole.
+   */
+  patchByPatch?: boolean;
+  /** The patches of a container, when they have arrived and are decoded; with `patchByPatch`, when the mesh has them. */
   onPart?: (part: DecodedPart, mesh: ContainerCounts) => void;
   /** Others are Babylon.js' own. */
   [option: string]: unknown;
@@ -31,7 +37,8 @@ export interface BabylonStreamingOptions {
 
 /**
  * Loads a GLB or glTF file in patches, which are decoded while the file arrives. `load` is LoadAssetContainerAsync,
- * ImportMeshAsync or AppendSceneAsync of Babylon.js; call registerPsplit before. Resolves to what `load` does.
+ * ImportMeshAsync or AppendSceneAsync of Babylon.js; call registerPsplit before. Resolves to what `load` does, with `psplit`: its
+ * `whole` resolves when all meshes are whole, and rejects if one cannot be; none of its triangles are shown then.
  */
 export function loadStreaming<Scene, Result>(load: (source: string, scene: Scene, options?: any) => Promise<Result>, url: string,
-  scene: Scene, options?: BabylonStreamingOptions): Promise<Result>;
+  scene: Scene, options?: BabylonStreamingOptions): Promise<Result & { psplit: { whole: Promise<void> } }>;

@@ -4,8 +4,10 @@
 import { signal_of } from './arriving.js';
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { fitting_indices, kExtensionName, packed, stored_primitive } from './gltf.js';
+import { check_counts, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, packed, stored_primitive } from './gltf.js';
+import { GrowingMesh } from './growing_mesh.js';
 import { createPool } from './pool.js';
+import { array_of } from './types.js';
 
 let default_pool;
 
@@ -13,34 +15,99 @@ export function registerPsplit(registerGLTFExtension, options) {
   registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, options?.pool));
 }
 
-// Assets that arrive: { asset, onProgress, onPart } by number. Babylon.js gets their JSON with addresses of buffers that have the
-// number.
+// Assets that arrive, by number: { asset, signal, end, patchByPatch, onProgress, onPart }, and `growing`, the promises of meshes
+// that are shown patch by patch, and `uploads`. Babylon.js gets their JSON with addresses of buffers that have the number.
 const arriving = new Map(), kAddress = 'psplit-arriving:';
 let next_number = 0;
 const arriving_of = ({ uri = '' }) => (uri.startsWith(kAddress) ? arriving.get(Number(uri.slice(kAddress.length))) : undefined);
 
 export async function loadStreaming(load, url, scene, options) {
-  const { signal: outer, onProgress, onPart, ...rest } = options ?? {}, { signal, end } = signal_of(outer), number = next_number++;
+  const { signal: outer, onProgress, onPart, patchByPatch = true, ...rest } = options ?? {}, { signal, end } = signal_of(outer), number = next_number++;
+  const source = { signal, end, patchByPatch, onProgress, onPart, growing: [], uploads: [] };
+  let whole = null;
   try {
     const asset = await ArrivingAsset.open(url, signal), { json } = asset;
     if (json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
     if (!json.extensionsUsed?.includes(kExtensionName)) throw new PsplitError(`${url}: the asset has no ${kExtensionName}`, 'unsupported');
-    arriving.set(number, { asset, onProgress, onPart });
+    arriving.set(number, Object.assign(source, { asset }));
     const text = JSON.stringify({ ...json, buffers: json.buffers?.map((buffer) => ({ ...buffer, uri: `${kAddress}${number}` })) });
     const loaded = await load(`data:${text}`, scene, { rootUrl: url.slice(0, url.lastIndexOf('/') + 1), pluginExtension: '.gltf', ...rest });
     if (signal.aborted) throw new PsplitError('aborted', 'aborted');
-    return loaded;
+    for (const upload of source.uploads) upload.flush();
+    whole = Promise.all(source.growing).then(() => {});
+    whole.then(end, end);
+    return Object.assign(loaded ?? {}, { psplit: { whole } });
   } catch (error) {
     throw signal.aborted ? new PsplitError('aborted', 'aborted') : error;
   } finally {
     arriving.delete(number);
-    end();
+    if (whole === null) end();
   }
 }
 
 const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+
+// A mesh that is shown patch by patch: its columns, whose memory Babylon.js' buffers have, and what of them the GPU lacks.
+class Upload {
+  meshes = [];  // Babylon.js'
+  #container;
+  #growing;
+  #stale = new Map();  // [first, end) of an array's components, by column
+
+  constructor(container) {
+    const { gltf, primitive, stored } = container;
+    const column = (name, number) => {
+      const { componentType, type, count } = gltf.accessors[number], Type = array_of(kComponentTypes[componentType]);
+      const components = kComponentCounts[type];
+      return { view: name, width: Type.BYTES_PER_ELEMENT, components, stride: components, count, make_array: () => new Type(count * components) };
+    };
+    const indices = column(undefined, primitive.indices);
+    const attributes = stored.attributes.map(({ name }) => column(name, primitive.attributes[name]));
+    this.#container = container;
+    this.#growing = new GrowingMesh({ indices, attributes, columns: [indices, ...attributes],
+      check: (counts) => check_counts(gltf, primitive, stored.attributes, counts) },
+    (of, first, count) => {
+      const [begin, end] = this.#stale.get(of) ?? [Infinity, 0];
+      this.#stale.set(of, [Math.min(begin, first), Math.max(end, first + count)]);
+    });
+    // The bytes of the columns by their names, when the first part is there.
+    this.arrays = this.#growing.buffers.then((buffers) =>
+      (this.buffers = new Map([...buffers].map(([name, buffer]) => [name, new Uint8Array(buffer)]))));
+  }
+  get has_begun() {
+    return this.#growing.has_begun;
+  }
+
+  add(part, counts) {
+    this.#growing.add(part, counts);
+    this.flush();
+  }
+  clear() {
+    this.#growing.clear();
+    this.flush();
+  }
+
+  // Tells the GPU of what changed, if all meshes have their buffers. Otherwise it is told later.
+  flush() {
+    const { meshes } = this;
+    if (this.buffers === undefined || meshes.length < this.#container.uses || meshes.some(({ geometry }) => !geometry)) return;
+    for (const { geometry } of meshes) {
+      const engine = geometry.getEngine(), vertices = geometry.getVerticesDataKinds().map((kind) => geometry.getVertexBuffer(kind));
+      for (const [{ view: name, width }, [first, end]] of this.#stale) {
+        const bytes = this.buffers.get(name);
+        if (name === undefined) {
+          if (geometry.getIndexBuffer()) engine.updateDynamicIndexBuffer(geometry.getIndexBuffer(), geometry.getIndices());
+          continue;
+        }
+        const buffer = vertices.find((vertex) => vertex.getData()?.buffer === bytes.buffer)?.getBuffer();
+        if (buffer) engine.updateDynamicVertexBuffer(buffer, bytes.subarray(width * first, width * end), width * first);
+      }
+    }
+    this.#stale.clear();
+  }
+}
 
 class PatchesLoader {
   // The members that Babylon.js asks for.
@@ -50,6 +117,8 @@ class PatchesLoader {
   #loader;
   #pool;
   #columns = new Map();  // { container, name } by buffer view; the name of indices is undefined
+  #by_primitive = new Map();  // containers
+  #sources = new Map();  // those that arrive, by Upload
   #abort = new AbortController();
 
   constructor(loader, pool) {
@@ -58,8 +127,10 @@ class PatchesLoader {
     this.enabled = loader.isExtensionUsed(kExtensionName);
   }
 
+  // Babylon.js disposes of a loader also when the load is done. Meshes that have begun to grow go on.
   dispose() {
     this.#abort.abort();
+    for (const [upload, { end }] of this.#sources) if (!upload.has_begun) end();
   }
 
   onLoading() {
@@ -71,7 +142,11 @@ class PatchesLoader {
         if (stored === undefined) return;
         const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices]);
         if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place));
-        const { attributes, indices } = containers.get(key);
+        const { container, attributes, indices } = containers.get(key);
+        this.#by_primitive.set(primitive, container);
+        ++container.uses;
+        // Babylon.js adds morph targets to the points when it makes the mesh, so these must be whole by then.
+        container.is_whole ||= primitive.targets !== undefined;
         primitive.attributes = { ...primitive.attributes, ...attributes };
         primitive.indices = indices;
       } catch (error) {
@@ -84,8 +159,14 @@ class PatchesLoader {
   loadBufferViewAsync(_, view) {
     const column = this.#columns.get(view);
     if (column === undefined) return null;
-    column.container.arrays ??= this.#decode(column.container);
+    column.container.arrays ??= this.#load(column.container);
     return column.container.arrays.then((arrays) => arrays.get(column.name));
+  }
+
+  // Null, as the loader makes the geometry. It says which mesh has it.
+  _loadVertexDataAsync(_, primitive, mesh) {
+    this.#by_primitive.get(primitive)?.meshes.push(mesh);
+    return null;
   }
 
   // Null for buffers that Babylon.js loads itself.
@@ -95,7 +176,7 @@ class PatchesLoader {
 
   // Makes the accessors of a container. Returns their numbers.
   #add_accessors(gltf, { attributes, indices }, stored, place) {
-    const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined };
+    const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined, uses: 0, meshes: [], is_whole: false };
     const add = (name, original) => {
       const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
       gltf.bufferViews.push(view);
@@ -104,15 +185,33 @@ class PatchesLoader {
       gltf.accessors.push({ ...gltf.accessors[original], bufferView: view.index, byteOffset: 0, index });
       return index;
     };
-    return { indices: add(undefined, indices),
+    return { container, indices: add(undefined, indices),
       attributes: Object.fromEntries(stored.attributes.map(({ name }) => [name, add(name, attributes[name])])) };
   }
 
-  // Returns the bytes of a container's columns by their names.
-  async #decode(container) {
-    const { gltf, primitive, stored, place } = container, { signal } = this.#abort;
+  // Resolves to the bytes of a container's columns by their names: whole, or when the first patches are there.
+  #load(container) {
+    const { gltf, stored } = container, source = arriving_of(gltf.buffers[gltf.bufferViews[stored.bufferView].buffer]);
+    const is_skin = stored.attributes.some(({ name }) => name.startsWith('WEIGHTS_'));
+    if (source?.patchByPatch !== true || container.is_whole || is_skin) return this.#decode(container, source);
+    const upload = new Upload(container);
+    upload.meshes = container.meshes;
+    source.uploads.push(upload);
+    this.#sources.set(upload, source);
+    const whole = this.#decode(container, source, upload).catch((error) => {
+      upload.clear();
+      throw source.signal.aborted ? new PsplitError('aborted', 'aborted') : error;
+    });
+    source.growing.push(whole);
+    whole.catch(() => {});
+    // Without a first part, the arrays are those of the fallback.
+    return Promise.race([upload.arrays, whole.then((arrays) => (upload.has_begun ? upload.arrays : arrays))]);
+  }
+
+  async #decode(container, source, upload) {
+    const { gltf, primitive, stored, place } = container, signal = upload === undefined ? this.#abort.signal : source.signal;
     try {
-      const mesh = await this.#decode_bytes(gltf, stored, signal);
+      const mesh = await this.#decode_bytes(gltf, stored, signal, source, upload);
       return new Map([[undefined, bytes_of(fitting_indices(gltf, primitive, mesh))],
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
     } catch (error) {
@@ -121,7 +220,7 @@ class PatchesLoader {
         ...stored.attributes.map(({ name }) => [name, primitive.attributes[name]])];
       const has_fallback = columns.every(([, accessor]) => gltf.accessors[accessor].bufferView !== undefined);
       const is_fault = !(error instanceof PsplitError) || error.code === 'invalid-input' || error.code === 'aborted';
-      if (is_fault || !has_fallback) throw placed(error, place);
+      if (is_fault || !has_fallback || upload?.has_begun === true) throw placed(error, place);
       return new Map(await Promise.all(columns.map(async ([name, number]) => {
         const accessor = gltf.accessors[number], { bufferView: view } = accessor;
         return [name, packed(await this.#load_view(gltf, view), accessor, gltf.bufferViews[view])];
@@ -129,11 +228,15 @@ class PatchesLoader {
     }
   }
 
-  async #decode_bytes(gltf, { bufferView: view, attributes }, signal) {
-    const pool = this.#pool ?? (default_pool ??= createPool()), source = arriving_of(gltf.buffers[gltf.bufferViews[view].buffer]);
+  async #decode_bytes(gltf, { bufferView: view, attributes }, signal, source, upload) {
+    const pool = this.#pool ?? (default_pool ??= createPool());
     if (source !== undefined) {
       const { asset, onProgress, onPart } = source;
-      return pool.decodeStream(asset.chunks(view), { attributes, signal, onProgress, onPart });
+      const add = (part, counts) => {
+        upload.add(part, counts);
+        onPart?.(part, counts);
+      };
+      return pool.decodeStream(asset.chunks(view), { attributes, signal, onProgress, onPart: upload === undefined ? onPart : add });
     }
     const data = await this.#load_view(gltf, view);
     // The data is a part of the file's buffer, which must stay.

@@ -1,7 +1,7 @@
 // A container of a glTF asset, and the synthetic accessors and buffer views that stand for its decoded arrays.
 import { PsplitError } from '../error.js';
 import { check_counts, kComponentCounts, stored_primitive } from '../gltf.js';
-import { aligned_stride, copy_elements } from './aligned.js';
+import { aligned_stride, copy_elements } from '../aligned.js';
 
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
 

@@ -3,7 +3,7 @@ import { BufferAttribute, BufferGeometry, Color, FileLoader, InterleavedBuffer, 
   Loader, LoadingManager, SRGBColorSpace } from 'three';
 import { PsplitError } from '../error.js';
 import { createPool } from '../pool.js';
-import { aligned_stride, copy_elements } from './aligned.js';
+import { aligned_stride, copy_elements } from '../aligned.js';
 
 const kTypes = { Int8Array: 'int8', Uint8Array: 'uint8', Int16Array: 'int16', Uint16Array: 'uint16', Int32Array: 'int32',
   Uint32Array: 'uint32', Float32Array: 'float32' };

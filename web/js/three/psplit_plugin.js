@@ -5,7 +5,7 @@ import { PsplitError } from '../error.js';
 import { kExtensionName } from '../gltf.js';
 import { createPool } from '../pool.js';
 import { Container } from './container.js';
-import { GrowingMesh } from './growing_mesh.js';
+import { GrowingMesh } from '../growing_mesh.js';
 
 let default_pool;
 
