@@ -33,7 +33,8 @@ class MetadataWords : public core::MetadataVisitor {
     for (const uint32_t word : {uint32_t{visit}, first, second, third, fourth}) words_[count_++] = word;
   }
 
-  uint32_t* const words_ = static_cast<uint32_t*>(allocate_last(1));  // nothing else is allocated while it grows
+  // Nothing else is allocated while it grows.
+  uint32_t* const words_ = static_cast<uint32_t*>(allocate_last(1));
   uint32_t count_ = 0;
 };
 
