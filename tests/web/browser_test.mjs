@@ -6,9 +6,9 @@ page_test('errors of a page, its workers and its policy are seen', {
   headers: { 'Content-Security-Policy': "script-src 'self'" },
   files: { '/worker.js': "console.error('from a worker'); throw new Error('thrown in a worker');" },
   script: async () => {
-    console.error('from the page');
     setTimeout(() => { throw new Error('thrown in the page'); });
     await fetch('/nowhere').catch(() => {});
+    console.error('from the page');  // puppeteer may lose what a page says while it is opened
     const inline = document.createElement('script');
     inline.textContent = '1';
     document.body.append(inline);
