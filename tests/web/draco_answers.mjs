@@ -1,6 +1,14 @@
 // Everything that a page can ask of a decoded mesh or point cloud, by the calls of draco3d.
 import assert from 'node:assert/strict';
 
+// A mesh, or a point cloud, that a decoder of its own decodes.
+export function decoded(draco, bytes, skipped = [], mesh = new draco.Mesh()) {
+  const decoder = new draco.Decoder(), decode = mesh instanceof draco.Mesh ? 'DecodeArrayToMesh' : 'DecodeArrayToPointCloud';
+  for (const semantic of skipped) decoder.SkipAttributeTransform(draco[semantic]);
+  const status = decoder[decode](new Int8Array(bytes), bytes.length, mesh);
+  return { decoder, mesh, status };
+}
+
 export function ask(draco, bytes, skipped = []) {
   const decoder = new draco.Decoder(), buffer = new draco.DecoderBuffer();
   const is_cloud = decoder.GetEncodedGeometryType(new Int8Array(bytes)) === draco.POINT_CLOUD;

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
-import { read_all, values_of } from './draco_answers.mjs';
+import { decoded, read_all, values_of } from './draco_answers.mjs';
 import { modules_folder, package_folder, stock } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
@@ -16,12 +16,6 @@ const newest = await createRequire(path.join(modules_folder, 'package.json'))('d
 const stream = (options) => encode(grid(10), { method: 'edgebreaker', speed: 5, bits: 11, extra: true, ...options });
 const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
 
-function decoded(draco, bytes, skipped = [], mesh = new draco.Mesh()) {
-  const decoder = new draco.Decoder();
-  for (const semantic of skipped) decoder.SkipAttributeTransform(draco[semantic]);
-  const status = decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, mesh);
-  return { decoder, mesh, status };
-}
 function same_answers(answer, message) {
   const expected = answer(theirs);
   assert.deepEqual(answer(newest), expected, `${message}: draco3d differs from itself`);

@@ -5,7 +5,7 @@ import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
 import { isDeepStrictEqual } from 'node:util';
-import { ask, read_all } from './draco_answers.mjs';
+import { ask, decoded, read_all } from './draco_answers.mjs';
 import { corpus_folder, corpus_streams, modules_folder, package_folder, random_numbers, stock } from './load.mjs';
 import { clouds, encode, encode_cloud, grid } from './stock_draco.mjs';
 
@@ -14,12 +14,7 @@ const ours = await createDecoderModule(), load_newest = createRequire(path.join(
 let theirs = await stock.createDecoderModule({}), newest = await load_newest();
 const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
 
-const decoded = (draco, bytes, skipped = []) => {
-  const decoder = new draco.Decoder(), mesh = new draco.PointCloud();
-  for (const semantic of skipped) decoder.SkipAttributeTransform(draco[semantic]);
-  const status = decoder.DecodeArrayToPointCloud(new Int8Array(bytes), bytes.length, mesh);
-  return { decoder, mesh, status };
-};
+const decoded_cloud = (draco, bytes, skipped) => decoded(draco, bytes, skipped, new draco.PointCloud());
 function same_answers(answer, message) {
   const expected = answer(theirs);
   assert.deepEqual(answer(newest), expected, `${message}: draco3d differs from itself`);
@@ -27,7 +22,7 @@ function same_answers(answer, message) {
   return expected;
 }
 const read_cloud = (bytes, skipped) => (draco) => {
-  const of = decoded(draco, bytes, skipped), answers = of.status.ok() ? read_all(of, draco) : [of.status.code()];
+  const of = decoded_cloud(draco, bytes, skipped), answers = of.status.ok() ? read_all(of, draco) : [of.status.code()];
   for (const object of [of.mesh, of.decoder]) draco.destroy(object);
   return answers;
 };
@@ -64,7 +59,7 @@ test('bitstream 2.2', () => {
   let count = 0;
   for (const [name, bytes] of older_clouds())
     for (const skipped of [[], kSemantics]) {
-      count += same_answers((draco) => decoded(draco, bytes, skipped).status.ok(), name) ? 1 : 0;
+      count += same_answers((draco) => decoded_cloud(draco, bytes, skipped).status.ok(), name) ? 1 : 0;
       same_answers(read_cloud(bytes, skipped), `${name}, skipped: ${skipped}`);
     }
   assert.ok(count > 100, `${count} clouds`);
@@ -126,7 +121,7 @@ test('empty and broken clouds', async () => {
     if (expected === undefined) return;
     if (answers.some(({ facts }) => facts?.[2] > 127)) return;  // draco3d's number of components becomes a negative one
     // In bitstream 2.2, draco3d writes the points of a kD-tree beyond the cloud's, if their numbers differ.
-    if (bytes[6] === 2 && /counts that contradict/.test(decoded(ours, bytes).status.error_msg())) return;
+    if (bytes[6] === 2 && /counts that contradict/.test(decoded_cloud(ours, bytes).status.error_msg())) return;
     // draco3d refuses numbers of prediction schemes that do not exist. psplit takes the difference for them (0), as libdraco 1.5.5
     // does.
     if (typeof expected[0] === 'number' && typeof answers[0] !== 'number') {
