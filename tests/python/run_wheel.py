@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the wheel without a network, with and without the encoder. Installs each into a fresh environment that sees the
+"""Builds the wheel without a network, without and with the encoder, in one folder. Installs each into a fresh environment that sees the
 system's numpy, and runs the tests with it:
 
   run_wheel.py --cmake COMMAND --compiler COMMAND --build FOLDER
@@ -29,9 +29,8 @@ def run(*command, **environment):
 
 
 def test_wheel(folder, encoder):
-    build = pathlib.Path(options.build) / f"encoder-{encoder.lower()}"
     run(sys.executable, "-m", "pip", "wheel", package, "--no-build-isolation", "--no-index", "--no-deps", "-w", folder,
-        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=str(build),
+        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=options.build,
         PSPLIT_ENCODER=encoder, CMAKE_ARGS="-DCMAKE_CXX_FLAGS_RELEASE=-O0")  # compiles in a third of the time
     wheel, = folder.glob("psplit-*.whl")
     files = zipfile.ZipFile(wheel).namelist()

@@ -77,7 +77,7 @@ tbody tr:hover { background: var(--shade); }
   p, .noise, .words { max-width: none; } .caption { font-size: 9pt; } .headline { font-size: 13pt; } h2 { margin: 1.25rem 0 .5rem; }
   .pair { gap: 1rem 1.5rem; grid-template-columns: 1fr 1fr; }
   .pair .wide { display: none; } .pair .narrow { display: block; width: 100%; }
-  h1, h2, .caption, figcaption { break-after: avoid; } figure, tr, dt, dd { break-inside: avoid; }
+  h1, h2, .caption, figcaption { break-after: avoid; } h1, h2, .caption, .whole, figure, tr, dt, dd { break-inside: avoid; }
   thead { display: table-header-group; }
   #setting .pair { display: block; } .picture { margin-top: 1rem; } .picture img { max-height: 6cm; width: auto; }
   .scroll { overflow: visible; background: none; }

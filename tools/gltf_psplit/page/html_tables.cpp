@@ -10,6 +10,7 @@ namespace psplit {
 namespace {
 
 constexpr size_t kWideColumns = 6;  // of tables that tablets do not show as a whole
+constexpr size_t kFewRows = 8;      // of tables that one page of paper shows as a whole
 
 // A table whose first `left_columns` columns are text. The first cell of each row is its header. In a window
 // that is too narrow, the table scrolls sideways.
@@ -28,7 +29,8 @@ std::string html_table(const std::string& id, const std::string& caption,
                      : html_element("td", row[i], "class=\"" + std::string(alignment(i)) + "\"");
     html += "</tr>\n";
   }
-  return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
+  return "<div class=\"tabled" + std::string(rows.size() <= kFewRows ? " whole" : "") + "\">" +
+         html_element("p", caption, "class=\"caption\"") +
          scrolling_region(caption, header.size() >= kWideColumns, html + "</tbody></table>") + "</div>\n";
 }
 
