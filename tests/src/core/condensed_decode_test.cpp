@@ -97,8 +97,10 @@ void expect_batches_decode(bool smallest) {
       const std::vector<uint8_t> bytes(stream.bytes);  // of exactly this size
       StreamHeader header;
       ASSERT_EQ(fault_text(batch.read_header(stream, bytes, header)), fault_text(Fault::kNone));
-      expect_decoded<uint32_t>(batch, stream, header);
-      if (header.fits_16_bits()) expect_decoded<uint16_t>(batch, stream, header);
+      // Under sanitizers each stream has indices of one size.
+      const bool both = fewer_with_sanitizers(10) == 10, small = header.fits_16_bits() && count % 2 == 0;
+      if (both || !small) expect_decoded<uint32_t>(batch, stream, header);
+      if (both ? header.fits_16_bits() : small) expect_decoded<uint16_t>(batch, stream, header);
       ++count;
       with_seams += header.attribute_data_count > 0;
       with_valence += batch.head.has_valence_contexts;

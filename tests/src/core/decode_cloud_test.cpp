@@ -46,14 +46,16 @@ void expect_cloud_decoded(const DracoStream& stream, const RawMesh& expected) {
 }
 
 TEST(DecodeCloud, EqualsLibdracoOnEveryKindOfCloud) {
-  size_t kd_trees[KdTree::kMostLevel + 1] = {}, sequential = 0, old = 0;
+  size_t kd_trees[KdTree::kMostLevel + 1] = {}, sequential = 0, old = 0, seen = 0;
   std::set<uint32_t> counts;
   for_each_draco_cloud([&](const DracoStream& stream) {
     if (testing::Test::HasFatalFailure()) return;
     SCOPED_TRACE(stream.name);
     const RawMesh expected = must(decode_cloud_with_libdraco(stream.bytes));
-    expect_cloud_decoded<uint32_t>(stream, expected);
-    expect_cloud_decoded<uint16_t>(stream, expected);
+    // Under sanitizers each cloud has indices of one size.
+    const bool both = fewer_with_sanitizers(10) == 10, odd = ++seen % 2 == 1;
+    if (both || odd || expected.point_count > 0xffff) expect_cloud_decoded<uint32_t>(stream, expected);
+    if (both || !odd) expect_cloud_decoded<uint16_t>(stream, expected);
     constexpr size_t kMinor = 6, kMethod = 8;
     sequential += stream.bytes[kMethod] == 0;
     old += stream.bytes[kMinor] == 2;
