@@ -50,7 +50,8 @@ void expect_decoded_by_a_warp(const DracoStream& stream, const RawMesh& expected
             fault_text(decode<Index>(header, decoded)));
 }
 
-// Under sanitizers one lane decodes every fourth stream, and a warp the small streams. Each has indices of one size.
+// Under sanitizers one lane decodes every fourth stream, and a warp the small streams. Each has indices of one
+// size.
 TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
   constexpr bool kEverything = fewer_with_sanitizers(10) == 10;
   size_t count = 0, decoded = 0, seen = 0;
