@@ -64,8 +64,8 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, con
 }
 
 Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t patch) {
-  if (!needs_values(container) || patch >= container.patch_count()) return BorderValues();
-  return decode_some(container, patch, patch + 1);
+  if (patch >= container.patch_count()) return BorderValues();
+  return decode(container, std::span(&patch, 1));
 }
 
 Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t first, uint32_t end,
@@ -79,20 +79,17 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uin
   for (uint32_t patch = 0; patch < known; ++patch) bytes += most_of(container, patch).bytes();
   if (bytes > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
   if (first >= end) return BorderValues();
-  Expected<BorderValues> some = decode_some(container, first, end);
+  std::vector<uint32_t> patches(end - first);
+  std::iota(patches.begin(), patches.end(), first);
+  Expected<BorderValues> some = decode(container, patches);
   // If it failed, decode() of all patches names the first of all failures.
   return some || known < count ? std::move(some) : decode(container, pool);
 }
 
-Expected<BorderValues> BorderValues::decode_some(const PatchContainer& container, uint32_t first,
-                                                 uint32_t end) {
-  std::vector<uint32_t> patches(end - first);
-  std::iota(patches.begin(), patches.end(), first);
-  for (uint32_t patch = first; patch < end; ++patch) {
-    core::StitchReader reader(container.stitch_row(patch));
-    for (core::StitchReader::Run run; reader.next_run(run);)
-      if (run.owner < first) patches.push_back(run.owner);
-  }
+Expected<BorderValues> BorderValues::decode(const PatchContainer& container, std::span<const uint32_t> some) {
+  if (!needs_values(container)) return BorderValues();
+  std::vector<uint32_t> patches(some.begin(), some.end());
+  for (const uint32_t patch : some) append_owners(container, patch, patches);
   std::sort(patches.begin(), patches.end());
   patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
   BorderValues result(std::move(patches));
@@ -104,11 +101,18 @@ Expected<BorderValues> BorderValues::decode_some(const PatchContainer& container
     result.decode_parts(container, slot, slot + together, std::span(statuses).subspan(slot, together));
   }
   if (Status status = first_failure(statuses); !status.ok()) return status;
-  for (uint32_t patch = first; patch < end; ++patch) {
+  for (const uint32_t patch : some) {
     const Fault fault = result.share_values(container, result.slot_of(patch));
     if (fault != Fault::kNone) return status_of(fault).at({.patch = patch});
   }
   return result;
+}
+
+void BorderValues::append_owners(const PatchContainer& container, uint32_t patch,
+                                 std::vector<uint32_t>& owners) {
+  core::StitchReader reader(container.stitch_row(patch));
+  for (core::StitchReader::Run run; reader.next_run(run);)
+    if (owners.empty() || owners.back() != run.owner) owners.push_back(run.owner);
 }
 
 void BorderValues::complete(uint32_t patch, core::StreamHeader& header) const {

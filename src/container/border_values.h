@@ -19,12 +19,18 @@ class BorderValues {
   BorderValues() = default;
   // Of all patches. Errors: kInvalidInput, with the first patch whose part is invalid as its place.
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
-  // Of one patch. Decodes only its part and those of the patches that own its shared values.
+  // Of some patches. Decodes only their parts and those of the patches that own their shared values. Only the
+  // streams and the headers of these need to be there.
+  static Expected<BorderValues> decode(const PatchContainer& container, std::span<const uint32_t> some);
+  // Of one patch, or of the residue, which has none.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);
   // Of the patches [first, end), in the same way. If all headers are read, fails only if all patches together
   // fail, with their error. Otherwise the headers before `end` are read.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t first, uint32_t end,
                                        const ThreadPool& pool);
+
+  // Appends the owners of a patch's shared values, as its stitch map names them: patches before it, or itself.
+  static void append_owners(const PatchContainer& container, uint32_t patch, std::vector<uint32_t>& owners);
 
   bool empty() const { return patches_.empty(); }
   // Sets what the header of a patch lacks to decode it: the values at its border, which this owns. Does nothing
@@ -34,7 +40,6 @@ class BorderValues {
  private:
   explicit BorderValues(std::vector<uint32_t> patches) : patches_(std::move(patches)) {}
 
-  static Expected<BorderValues> decode_some(const PatchContainer& container, uint32_t first, uint32_t end);
   Status allocate(const PatchContainer& container);
   void decode_parts(const PatchContainer& container, size_t begin, size_t end, std::span<Status> statuses);
   core::Fault share_values(const PatchContainer& container, size_t slot) const;

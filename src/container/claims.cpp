@@ -57,7 +57,7 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
   return justified_header(fault, header, stream.size());
 }
 
-Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch) {
+Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch, uint32_t first) {
   const StreamEntry& entry = container.entries[patch];
   Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
                                                            : read_stream_header(container.streams[patch]);
@@ -71,9 +71,10 @@ Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, u
   if (is_residue ? faces < claimed : faces != claimed) return differs_from_directory("faces", faces, claimed);
   if (container.has_borders() && !is_residue) {
     if (!entry.is_condensed) return invalid_input("it is stored, but values at borders are shared");
-    const core::StreamHeader& first = patch > 0 ? container.headers[0] : *header;
-    if (header->condensed.border_components != first.condensed.border_components)
-      return invalid_input("its shared values have other components than those of patch 0");
+    const core::StreamHeader& other = patch != first ? container.headers[first] : *header;
+    if (header->condensed.border_components != other.condensed.border_components)
+      return invalid_input("its shared values have other components than those of patch " +
+                           std::to_string(first));
   }
   // The number of points of an Edgebreaker stream is known only after decoding.
   if (is_residue && header->point_count != entry.point_count)

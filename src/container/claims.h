@@ -14,9 +14,10 @@ Status status_of(core::Fault fault);
 // Errors: those of status_of, and kInvalidInput for counts that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
-// The same for a stream of a container, of either kind, whose headers of earlier streams are read. Compares it
-// with the stream's row too.
-Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch);
+// The same for a stream of a container, of either kind. Compares it with the stream's row too, and with the
+// header of patch `first`, which is read, unless that is the patch itself.
+Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch,
+                                              uint32_t first = 0);
 
 // Whether the bytes justify the memory for all faces and points. open_container checks this. Of a stock stream,
 // callers check it that take memory for the largest number of points that it may have.

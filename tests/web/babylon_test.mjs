@@ -6,8 +6,8 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after } from 'node:test';
 import { page_test } from './browser.mjs';
-import { compressed_primitives, corpus_folder, gltf_psplit, root } from './load.mjs';
-import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
+import { compressed_primitives, corpus_folder, gltf_psplit, root, with_asset } from './load.mjs';
+import { in_chunks, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const folder = mkdtempSync(path.join(tmpdir(), 'psplit-babylon-'));
@@ -233,6 +233,33 @@ page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_t
   for (let left = 200; left > 0 && open.has('/b/large.glb'); --left) await wait_ms(5);
   assert.ok(!open.has('/b/large.glb'));
   assert.equal((await page.evaluate((url) => facts_of((scene) => streamed(url, scene)).catch((error) => error.code), `${origin}/none.glb`)), 'failed');
+});
+
+page_test('loadStreaming of chosen patches', { skip: no_tool, script: prepare, files }, async ({ result, page }) => {
+  await result;
+  const encoded = (...options) => with_asset(124000, ['--patch-faces', '500', ...options], (file) => readFileSync(file));
+  const made = { '/a.glb': encoded(), '/b.glb': encoded('--condense', '--profile', 'size') };
+  const { origin, sent } = await serve_ranges((name, range) => {
+    const { headers, ...answer } = part_of_file(made[name], range);
+    return { ...answer, headers: { ...headers, 'Access-Control-Allow-Origin': '*', 'Access-Control-Expose-Headers': 'Content-Range, ETag' } };
+  });
+  for (const name of Object.keys(made))
+    for (const patchByPatch of [true, false])
+      for (const is_all of [false, true]) {  // all patches alone have more points than 16 bits can tell apart
+        const before = sent();
+        const same = await page.evaluate(async (url, patchByPatch, is_all) => {
+          const choose = ({ patchCount }) => (is_all ? Array.from({ length: patchCount }, (_, i) => i) : [patchCount - 1, 3, 2, 0]);
+          const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+          const scene = new Scene(new NullEngine()), { meshes, psplit } = await streamed(url, scene, { patchByPatch, choose });
+          await psplit.whole;
+          const { primitives: [{ indices, attributes, pointCount }] } = await pool.decodeUrl(url, { choose });
+          const mesh = meshes.find((of) => of.getTotalVertices() > 0), is_equal = (a, b) => a.length === b.length && a.every((value, i) => value === b[i]);
+          return [mesh.getTotalVertices() === pointCount, pointCount > 65535 === is_all, is_equal(mesh.getIndices(), indices),
+            ...['position', 'normal', 'uv'].map((kind, i) => is_equal(mesh.getVertexBuffer(kind).getFloatData(pointCount), attributes[i].array))];
+        }, origin + name, patchByPatch, is_all);
+        assert.deepEqual(same, same.map(() => true), name);
+        assert.ok(is_all || sent() - before < made[name].length);
+      }
 });
 
 page_test('a mesh that grows on screen, and one that fails on the way', { skip: no_tool, headers: isolation, files, script: prepare,

@@ -9,6 +9,7 @@ import { checked_module, compressed_primitives, package_folder, random_numbers, 
 import { streams } from './stock_draco.mjs';
 
 const { Decoder } = await import(pathToFileURL(path.join(package_folder, 'instance.js')));
+const { planned } = await import(pathToFileURL(path.join(package_folder, 'choice.js')));
 const checked = await WebAssembly.compile(readFileSync(checked_module));
 const decoder = new Decoder(checked), team = [0, 1, 2].map(() => new Decoder(checked));
 
@@ -86,4 +87,32 @@ for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-bo
       assert.deepEqual(await outcome(() => decode_in_parts(mutant, attributes, 2 + (i % 2), i % 4 > 1)), expected, `mutant ${i}`);
     }
     assert.ok(refused > 20 && refused < 200 && of_patches > 0, `${refused} refused, ${of_patches} for a patch`);
+  });
+
+// Decodes some patches as decodeUrl does, in one thread. `is_late`: before more bytes are looked at, whether there are some.
+async function decode_chosen(bytes, attributes, chosen, is_late) {
+  const file = { bytes: async (begin, end) => bytes.slice(begin, end) }, { signal } = new AbortController();
+  const plan = await planned(checked, { file, begin: 0, end: bytes.length }, ({ patchCount }) => chosen.map((patch) => patch % patchCount), () => {}, signal);
+  const chunks = [];
+  for await (const part of plan.parts) chunks.push(part);
+  const inbox = { next: async () => chunks.shift() ?? null, get has_more() { return chunks.length > 0 && is_late(); } };
+  return decoder.run_part({ kind: 'container', arrives: true, attributes, chosen: plan.chosen }, () => {}, inbox);
+}
+for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'condensed-residue.glb'])
+  test(`500 mutants of ${name}, of which patches are chosen`, async () => {
+    const [{ bytes, attributes }] = compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches');
+    const { patchCount } = decoder.run({ kind: 'container', bytes, attributes }), chosen = Array.from({ length: patchCount }, (_, i) => patchCount - 1 - i);
+    const alone = await decode_chosen(bytes, attributes, chosen, () => false);
+    for (let i = 0; i < 20; ++i) assert.deepEqual(await decode_chosen(bytes, attributes, chosen, () => i === 0 || below(3) > 0), alone);
+    let refused = 0;
+    for (let i = 0; i < 500; ++i) {
+      try {
+        await decode_chosen(mutate(bytes), attributes, chosen, () => below(2) === 0);
+      } catch (error) {
+        assert.equal(error.name, 'PsplitError', error.stack);
+        assert.ok(['invalid-input', 'unsupported'].includes(error.code), `mutant ${i}: ${error.message}`);
+        ++refused;
+      }
+    }
+    assert.ok(refused > 50 && refused < 500, `${refused} refused`);
   });

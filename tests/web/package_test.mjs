@@ -15,7 +15,7 @@ test('npm packs these files', () => {
     'LICENSE', 'README.md', 'docs/web.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'asset.d.ts', 'asset.js', 'babylon.d.ts', 'babylon.js',
-    'arriving.js', 'arriving_asset.js', 'container.js', 'container_job.js', 'error.js', 'files.js',
+    'arriving.js', 'arriving_asset.js', 'choice.js', 'container.js', 'container_job.js', 'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js', 'aligned.js', 'growing_mesh.js',
     'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'job_runner.js', 'module.js', 'node.js', 'package.json', 'part.js', 'pool.js', 'psplit.wasm', 'task.js', 'types.js', 'worker.js',
@@ -56,13 +56,13 @@ test('it exports what its types declare', () => {
 // Limits a little above the sizes, so that growth is seen. The targets are 30 KB for the module that a page loads, and 4 KB for the
 // code of plugin and pool.
 const brotli = (contents) => brotliCompressSync(contents).length;
-for (const [name, most] of [['psplit.wasm', 70000], ['draco/draco_decoder.wasm', 35250], ['draco/draco_wasm_wrapper.js', 8650], ['inline.js', 94900]])
+for (const [name, most] of [['psplit.wasm', 71300], ['draco/draco_decoder.wasm', 35250], ['draco/draco_wasm_wrapper.js', 8650], ['inline.js', 100500]])
   test(`the size of ${name}`, () => {
     const bytes = brotli(readFileSync(path.join(package_folder, name)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 10100], ['worker.js', 4550], ['three.js', 10100], ['babylon.js', 9000], ['asset.js', 8050], ['gltf-transform.js', 8200]])
+for (const [name, most] of [['index.js', 10800], ['worker.js', 4900], ['three.js', 10600], ['babylon.js', 9450], ['asset.js', 8400], ['gltf-transform.js', 8550]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

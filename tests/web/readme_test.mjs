@@ -127,6 +127,10 @@ page_test('while bytes arrive', { files: page(block('Workers', 1), ['pool', 'pri
   pool.dispose();
   return triangles.reduce((all, count) => all + count, 0) === primitives[0].faceCount;
 } }, async ({ result }) => assert.equal(await result, true));
+page_test('some patches only', { files: page(block('Workers', 2), ['primitives']), script: async () => {
+  const { primitives: [{ faceCount, chosen }] } = await import('/block.js');
+  return [faceCount > 0, chosen === undefined];
+} }, async ({ result }) => assert.deepEqual(await result, [true, true]));  // the sample has no boxes
 for (const i of [0, 1]) page_test(`Babylon.js ${i}`, { files: page(block('Babylon.js', i), ['meshes']), script: async () => {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
   globalThis.scene = new Scene(new NullEngine());

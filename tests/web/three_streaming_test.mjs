@@ -3,9 +3,9 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after } from 'node:test';
-import { geometries_of, geometry_differences } from './compare_scenes.mjs';
+import { geometries_of, geometry_differences, values_of } from './compare_scenes.mjs';
 import { gltf_psplit, psplit, root, with_asset } from './load.mjs';
-import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
+import { in_chunks, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 import { buffer_of, loadStreaming, make_loader, THREE } from './three_loaders.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
@@ -94,4 +94,52 @@ test('errors, and the loading manager', async () => {
   await assert.rejects(load('old.gltf'), /Unsupported asset/);
   await assert.rejects(load('broken.glb'), { name: 'PsplitError', code: 'invalid-input', mesh: 0, primitive: 0, message: /broken.glb: mesh 0/ });
   await assert.rejects(load('cut.glb'), { name: 'PsplitError', code: 'invalid-input', mesh: 0 });
+});
+
+test('chosen patches', needs_tool, async () => {
+  const options = ['--patch-faces', '500'];
+  const files = { '/a.glb': large, '/condensed.glb': with_asset(60000, [...options, '--condense', '--profile', 'size'], (file) => readFileSync(file)),
+    // All patches alone have more points than 16 bits can tell apart, and the mesh has not.
+    '/wide.glb': with_asset(124000, options, (file) => readFileSync(file)) };
+  const { origin, sent } = await serve_ranges((name, range) => part_of_file(files[name], range));
+  const some = ({ patchCount }) => [patchCount - 1, 3, 2, 0], all = ({ patchCount }) => Array.from({ length: patchCount }, (_, i) => i);
+  for (const [name, choose] of [['a', some], ['condensed', some], ['wide', all], ['wide', some], ['a', () => []]])
+    for (const patchByPatch of [true, false]) {
+      const url = `${origin}/${name}.glb`, before = sent(), told = [], parts = [];
+      const gltf = await loadStreaming(make_loader(), url, { pool, patchByPatch, onPart: (part) => parts.push(part.indices.length),
+        choose: ({ mesh, primitive, ...of }) => { told.push([mesh, primitive]); return choose(of); } });
+      await gltf.psplit.whole;
+      assert.ok(choose === all || sent() - before < 0.7 * files[`/${name}.glb`].length, `${name}: ${sent() - before}`);
+      const { primitives: [expected] } = await pool.decodeUrl(url, { choose }), geometry = await geometry_of(gltf);
+      assert.deepEqual(Uint32Array.from(geometry.index.array), expected.indices);
+      for (const [i, key] of ['position', 'normal', 'uv'].entries()) {
+        assert.equal(geometry.attributes[key].count, expected.pointCount);
+        assert.deepEqual(Float32Array.from(values_of(geometry.attributes[key])), Float32Array.from(expected.attributes[i].array), `${name}: ${key}`);
+      }
+      assert.equal(geometry.index.array.BYTES_PER_ELEMENT, expected.pointCount > 65535 ? 4 : 2);
+      let facts = null;
+      gltf.scene.traverse((object) => { facts ??= object.isMesh ? gltf.psplit.patchesOf(object) : null; });
+      assert.deepEqual([facts.chosen, facts.faceCount, facts.firstFaces], [expected.chosen, expected.faceCount, expected.firstFaces]);
+      assert.deepEqual(told, [[0, 0]]);
+      if (patchByPatch) assert.equal(parts.reduce((sum, count) => sum + count, 0), expected.indices.length);
+    }
+  const { primitives: [wide] } = await pool.decodeUrl(`${origin}/wide.glb`, { choose: all });
+  assert.ok(wide.pointCount > 65535 && (await pool.decodeUrl(`${origin}/wide.glb`)).primitives[0].pointCount < 65535);
+});
+
+test('primitives with data that is not in patches are whole', async () => {
+  const gltf = JSON.parse(readFileSync(path.join(samples, 'fallback.gltf'), 'utf8')), [{ primitives: [primitive] }] = gltf.meshes;
+  const files = Object.fromEntries(gltf.buffers.map(({ uri }) => [`/${uri}`, readFileSync(path.join(samples, uri))]));
+  const load = async (json) => {
+    const { origin } = await serve_ranges((name, range) => part_of_file(files[name] ?? Buffer.from(JSON.stringify(json)), range));
+    const gltf_ = await loadStreaming(make_loader(), `${origin}/a.gltf`, { pool, choose: () => [0] });
+    await gltf_.psplit.whole;
+    return (await geometry_of(gltf_)).index.count;
+  };
+  const whole = gltf.accessors[primitive.indices].count, targets = [{ POSITION: primitive.attributes.POSITION }];
+  assert.ok(await load(gltf) < whole);
+  assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, targets }] }] }), whole);
+  assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, attributes: { ...primitive.attributes, _OTHER: primitive.attributes.POSITION } }] }] }), whole);
+  // Primitives that are equal share what is chosen.
+  assert.ok(await load({ ...gltf, meshes: [{ primitives: [primitive] }, { primitives: [primitive] }] }) < whole);
 });

@@ -1,6 +1,6 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
-import { type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
+import { type ChoosePatches, type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
 import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
@@ -64,6 +64,9 @@ export async function geometry(bytes: Uint8Array): Promise<BufferGeometry> {
 export async function arriving(pool: Pool, signal: AbortSignal): Promise<number> {
   const { json, primitives } = await pool.decodeUrl(new URL('https://example.com/a.glb'), { signal, workers: 1,
     onProgress: (done, total) => console.log(done / total), onPart: (part, { faceCount }, { mesh }) => console.log(part.isFinal, faceCount, mesh) });
+  const choose: ChoosePatches = async ({ patchCount, boxes, byteLengths, mesh }) => (boxes && mesh === 0 ? new Set([patchCount - 1]) : [...byteLengths.keys()]);
+  const { primitives: [some] } = await pool.decodeUrl('/a.glb', { choose, onPart: (part, { chosen }) => console.log(chosen?.[part.patches[0]]) });
+  await pool.decodeUrl('/a.glb', { choose: ({ faceCounts }) => { console.log(faceCounts.length, some!.chosen?.length); } });
   const { body } = await fetch('/a.bin'), mesh: DecodedContainer = await pool.decodeStream(body!, { onPart: (part) => console.log(part.firstFace) });
   const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/a.glb', { signal, onProgress: (done) => console.log(done) });
   await psplit.whole;

@@ -1,5 +1,6 @@
 // Takes the place of web/js/files.js in psplit/inline: the module and the worker's code are texts of the same file.
 import { wasm_text, worker_text } from './contents.js';
+import { empty_mesh, open_ranged, planned } from './choice.js';
 import { make_runner } from './job_runner.js';
 
 let bytes, worker_address;
@@ -17,4 +18,5 @@ export function page_worker() {
   return new Worker(worker_address, { type: 'module' });
 }
 export const job_runner = async () => ({ make_runner });
+export const choice = async () => ({ empty_mesh, open_ranged, planned });
 export const node_worker = (NodeWorker) => new NodeWorker(new URL(`data:text/javascript,${encodeURIComponent(worker_text)}`));

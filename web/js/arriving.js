@@ -1,18 +1,16 @@
 // Bytes that arrive from the first to the last.
 import { PsplitError } from './error.js';
-import { check_signal } from './job.js';
 
-/** A signal that aborts with others (null and undefined are left out) and when end() is called, which lets go of them. */
-export function signal_of(...others) {
-  const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();
-  const signals = others.filter((other) => other != null);
-  signals.forEach(check_signal);
-  for (const other of signals) other.addEventListener('abort', abort);
-  if (signals.some(({ aborted }) => aborted)) abort();
-  return { signal, end() {
-    for (const other of signals) other.removeEventListener('abort', abort);
-    abort();
-  } };
+/** The response to a request, or a response that is given. Errors have its address. */
+export async function fetched(input, signal) {
+  let response = input;
+  try {
+    if (!(input instanceof Response)) response = await fetch(input, { signal });
+  } catch (error) {
+    throw signal?.aborted ? new PsplitError('aborted', 'aborted') : new PsplitError(`${input?.url ?? input}: ${error.message}`, 'failed');
+  }
+  if (!response.ok || response.body === null) throw new PsplitError(`${response.url}: HTTP status ${response.status}`, 'failed');
+  return response;
 }
 
 // How to read from a ReadableStream, over which not all browsers can iterate, or from an AsyncIterable.

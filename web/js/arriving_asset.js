@@ -1,20 +1,16 @@
 // A GLB or glTF file, or a container alone, whose bytes are used as they arrive.
-import { ArrivingBytes } from './arriving.js';
+import { ArrivingBytes, fetched } from './arriving.js';
 import { as_psplit_error, PsplitError } from './error.js';
+import { choice } from './files.js';
 import { check_counts, kExtensionName, stored_primitive } from './gltf.js';
 
 const kGlb = 0x46546c67, kContainer = 0x4c505350, kJsonChunk = 0x4e4f534a, kChunkHeader = 8, kGlbHeader = 12;
 const invalid = (message) => new PsplitError(message, 'invalid-input');
 
-async function fetched(input, signal) {
-  let response = input;
-  try {
-    if (!(input instanceof Response)) response = await fetch(input, { signal });
-  } catch (error) {
-    throw signal?.aborted ? new PsplitError('aborted', 'aborted') : new PsplitError(`${input?.url ?? input}: ${error.message}`, 'failed');
-  }
-  if (!response.ok || response.body === null) throw new PsplitError(`${response.url}: HTTP status ${response.status}`, 'failed');
-  return response;
+// Opens a file that arrives from the first byte to the last: { file, url }.
+async function open_file(input, signal) {
+  const { url, body } = await fetched(input, signal);
+  return { file: new ArrivingBytes(body, signal), url };
 }
 
 // The container that a primitive names. Primitives with equal keys are equal.
@@ -22,7 +18,8 @@ const key_of = ({ attributes, indices, extensions }) => JSON.stringify([attribut
 
 export class ArrivingAsset {
   json = null;  // of a container alone
-  #file;        // ArrivingBytes
+  #open;
+  #file;        // ArrivingBytes, or what #open makes
   #resolve;
   #binary = 0;  // where the GLB's binary chunk begins in the file
   #buffers = new Map();  // ArrivingBytes of other files
@@ -33,11 +30,15 @@ export class ArrivingAsset {
    * @param {string | URL | Request | Response} input
    * @param {AbortSignal} [signal] ends the arrival
    * @param {(uri: string) => URL | Request} [resolve] what to fetch for an address of the JSON
+   * @param {function} [choose] the caller's option: the files may then be asked for in parts
    */
-  static async open(input, signal, resolve) {
-    const response = await fetched(input, signal), asset = new ArrivingAsset();
-    asset.#file = new ArrivingBytes(response.body, signal);
-    asset.#resolve = resolve ?? ((uri) => new URL(uri, response.url || globalThis.location?.href));
+  static async open(input, signal, resolve, choose) {
+    if (typeof (choose ?? Object) !== 'function') throw invalid('the option `choose` is not a function');
+    const open = choose == null ? open_file : (await choice()).open_ranged;
+    const { file, url } = await open(input, signal), asset = new ArrivingAsset();
+    asset.#open = open;
+    asset.#file = file;
+    asset.#resolve = resolve ?? ((uri) => new URL(uri, url || globalThis.location?.href));
     asset.#signal = signal;
     await asset.#read_json();
     return asset;
@@ -105,9 +106,16 @@ export class ArrivingAsset {
 
   // The bytes of a buffer view as they arrive; null: of the whole file.
   async* chunks(view) {
-    if (view === null) return yield* this.#file.chunks(0);
-    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[view], { bytes, begin } = await this.#buffer(buffer);
-    yield* bytes.chunks(begin + byteOffset, begin + byteOffset + byteLength);
+    const { file, begin, end } = await this.place(view);
+    yield* file.chunks(begin, end);
+  }
+  // Where they are: in a file, to before `end`.
+  async place(view) {
+    if (view === null) return { file: this.#file, begin: 0, end: this.#file.total ?? Infinity };
+    const { buffer, byteOffset = 0, byteLength } = this.json.bufferViews[view];
+    if (![byteOffset, byteLength].every((number) => Number.isSafeInteger(number) && number >= 0)) throw invalid(`buffer view ${view} has no valid place`);
+    const { bytes: file, begin } = await this.#buffer(buffer);
+    return { file, begin: begin + byteOffset, end: begin + byteOffset + byteLength };
   }
   // All bytes of a buffer view, or of a part of a buffer.
   view(number) {
@@ -125,8 +133,7 @@ export class ArrivingAsset {
     if (uri === undefined && this.#binary === 0) throw invalid(`buffer ${number} has no bytes`);
     if (uri === undefined) return { bytes: this.#file, begin: this.#binary };
     if (!this.#buffers.has(number))
-      this.#buffers.set(number, fetched(this.#resolve(uri), this.#signal)
-        .then(({ body }) => new ArrivingBytes(body, this.#signal)));
+      this.#buffers.set(number, this.#open(this.#resolve(uri), this.#signal).then(({ file }) => file));
     return { bytes: await this.#buffers.get(number), begin: 0 };
   }
 }

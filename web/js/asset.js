@@ -1,10 +1,9 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
-import { signal_of } from './arriving.js';
 import { as_psplit_error, PsplitError } from './error.js';
 import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive }
   from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
-import { bytes_of } from './job.js';
+import { bytes_of, signal_of } from './job.js';
 import { is_node, node_module } from './node.js';
 import { array_of } from './types.js';
 

@@ -1,5 +1,5 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader.
-import type { ContainerCounts, DecodedPart, Pool } from './index.js';
+import type { ChoosePatches, ChosenPatches, ContainerCounts, DecodedPart, Pool } from './index.js';
 
 export interface BabylonOptions {
   /** Decodes. By default a pool that all loaders share, which ends its workers when they are idle. */
@@ -30,7 +30,13 @@ export interface BabylonStreamingOptions {
    */
   patchByPatch?: boolean;
   /** The patches of a container, when they have arrived and are decoded; with `patchByPatch`, when the mesh has them. */
-  onPart?: (part: DecodedPart, mesh: ContainerCounts) => void;
+  onPart?: (part: DecodedPart, mesh: ContainerCounts & ChosenPatches) => void;
+  /**
+   * Leaves patches out, as in `decodeUrl` of psplit. The mesh then has the chosen patches alone, in their order; its bounds are those
+   * of the whole mesh. It is not called for primitives with morph targets or with attributes that are not in patches: these are
+   * whole.
+   */
+  choose?: ChoosePatches | null;
   /** Others are Babylon.js' own. */
   [option: string]: unknown;
 }

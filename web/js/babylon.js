@@ -1,11 +1,11 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader. Before the loader reads a mesh, each primitive of the
 // extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
-import { signal_of } from './arriving.js';
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { check_counts, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, packed, stored_primitive } from './gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive } from './gltf.js';
 import { GrowingMesh } from './growing_mesh.js';
+import { signal_of } from './job.js';
 import { createPool } from './pool.js';
 import { array_of } from './types.js';
 
@@ -15,18 +15,18 @@ export function registerPsplit(registerGLTFExtension, options) {
   registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, options?.pool));
 }
 
-// Assets that arrive, by number: { asset, signal, end, patchByPatch, onProgress, onPart }, and `growing`, the promises of meshes
+// Assets that arrive, by number: { asset, signal, end, patchByPatch, onProgress, onPart, choose }, and `growing`, the promises of meshes
 // that are shown patch by patch, and `uploads`. Babylon.js gets their JSON with addresses of buffers that have the number.
 const arriving = new Map(), kAddress = 'psplit-arriving:';
 let next_number = 0;
 const arriving_of = ({ uri = '' }) => (uri.startsWith(kAddress) ? arriving.get(Number(uri.slice(kAddress.length))) : undefined);
 
 export async function loadStreaming(load, url, scene, options) {
-  const { signal: outer, onProgress, onPart, patchByPatch = true, ...rest } = options ?? {}, { signal, end } = signal_of(outer), number = next_number++;
-  const source = { signal, end, patchByPatch, onProgress, onPart, growing: [], uploads: [] };
+  const { signal: outer, onProgress, onPart, choose, patchByPatch = true, ...rest } = options ?? {}, { signal, end } = signal_of(outer);
+  const number = next_number++, source = { signal, end, patchByPatch, onProgress, onPart, choose, growing: [], uploads: [] };
   let whole = null;
   try {
-    const asset = await ArrivingAsset.open(url, signal), { json } = asset;
+    const asset = await ArrivingAsset.open(url, signal, undefined, choose), { json } = asset;
     if (json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
     if (!json.extensionsUsed?.includes(kExtensionName)) throw new PsplitError(`${url}: the asset has no ${kExtensionName}`, 'unsupported');
     arriving.set(number, Object.assign(source, { asset }));
@@ -49,6 +49,38 @@ const placed = (error, place) => error_from_data({ code: error.code, patch: erro
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
+// Throws if a mesh does not fit the accessors. If it is one of chosen patches, the container's own accessors get its counts.
+function fit({ gltf, primitive, stored, accessors }, mesh) {
+  const { chosen, faceCount, pointCount } = mesh;
+  if (chosen === undefined) return check_counts(gltf, primitive, stored.attributes, mesh);
+  for (const accessor of accessors.values()) accessor.count = pointCount;
+  const indices = accessors.get(undefined);
+  Object.assign(indices, { count: 3 * faceCount, componentType: index_type(indices, pointCount) });
+}
+
+// The indices or an attribute of a mesh, as its accessor says.
+class Column {
+  #accessor;
+
+  constructor(view, accessor) {
+    this.view = view;
+    this.#accessor = accessor;
+    this.components = this.stride = kComponentCounts[accessor.type];
+  }
+  get count() {
+    return this.#accessor.count;
+  }
+  get Type() {
+    return array_of(kComponentTypes[this.#accessor.componentType]);
+  }
+  get width() {
+    return this.Type.BYTES_PER_ELEMENT;
+  }
+  make_array() {
+    return new this.Type(this.count * this.components);
+  }
+}
+
 // A mesh that is shown patch by patch: its columns, whose memory Babylon.js' buffers have, and what of them the GPU lacks.
 class Upload {
   meshes = [];  // Babylon.js'
@@ -57,17 +89,9 @@ class Upload {
   #stale = new Map();  // [first, end) of an array's components, by column
 
   constructor(container) {
-    const { gltf, primitive, stored } = container;
-    const column = (name, number) => {
-      const { componentType, type, count } = gltf.accessors[number], Type = array_of(kComponentTypes[componentType]);
-      const components = kComponentCounts[type];
-      return { view: name, width: Type.BYTES_PER_ELEMENT, components, stride: components, count, make_array: () => new Type(count * components) };
-    };
-    const indices = column(undefined, primitive.indices);
-    const attributes = stored.attributes.map(({ name }) => column(name, primitive.attributes[name]));
+    const [indices, ...attributes] = [...container.accessors].map(([view, accessor]) => new Column(view, accessor));
     this.#container = container;
-    this.#growing = new GrowingMesh({ indices, attributes, columns: [indices, ...attributes],
-      check: (counts) => check_counts(gltf, primitive, stored.attributes, counts) },
+    this.#growing = new GrowingMesh({ indices, attributes, columns: [indices, ...attributes], fit: (mesh) => fit(container, mesh) },
     (of, first, count) => {
       const [begin, end] = this.#stale.get(of) ?? [Infinity, 0];
       this.#stale.set(of, [Math.min(begin, first), Math.max(end, first + count)]);
@@ -141,8 +165,9 @@ class PatchesLoader {
         const stored = stored_primitive(gltf, primitive);
         if (stored === undefined) return;
         const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices]);
-        if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place));
+        if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place, { mesh: m, primitive: p }));
         const { container, attributes, indices } = containers.get(key);
+        container.may_choose &&= is_all_stored(primitive, stored.attributes);
         this.#by_primitive.set(primitive, container);
         ++container.uses;
         // Babylon.js adds morph targets to the points when it makes the mesh, so these must be whole by then.
@@ -175,14 +200,16 @@ class PatchesLoader {
   }
 
   // Makes the accessors of a container. Returns their numbers.
-  #add_accessors(gltf, { attributes, indices }, stored, place) {
-    const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined, uses: 0, meshes: [], is_whole: false };
+  #add_accessors(gltf, { attributes, indices }, stored, place, numbers) {
+    const container = { gltf, primitive: { attributes, indices }, stored, place, numbers, arrays: undefined, uses: 0, meshes: [], is_whole: false,
+      may_choose: true, accessors: new Map() };  // its own, by name; the indices come first
     const add = (name, original) => {
       const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
       gltf.bufferViews.push(view);
       this.#columns.set(view, { container, name });
       const index = gltf.accessors.length;
-      gltf.accessors.push({ ...gltf.accessors[original], bufferView: view.index, byteOffset: 0, index });
+      container.accessors.set(name, { ...gltf.accessors[original], bufferView: view.index, byteOffset: 0, index });
+      gltf.accessors.push(container.accessors.get(name));
       return index;
     };
     return { container, indices: add(undefined, indices),
@@ -211,8 +238,10 @@ class PatchesLoader {
   async #decode(container, source, upload) {
     const { gltf, primitive, stored, place } = container, signal = upload === undefined ? this.#abort.signal : source.signal;
     try {
-      const mesh = await this.#decode_bytes(gltf, stored, signal, source, upload);
-      return new Map([[undefined, bytes_of(fitting_indices(gltf, primitive, mesh))],
+      const mesh = await this.#decode_bytes(container, signal, source, upload);
+      fit(container, mesh);
+      const Type = kIndexArrays[container.accessors.get(undefined).componentType], { indices } = mesh;
+      return new Map([[undefined, bytes_of(indices instanceof Type ? indices : new Type(indices))],
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
     } catch (error) {
       // A loader may read the fallback in place of a container, except if the container is invalid.
@@ -228,15 +257,21 @@ class PatchesLoader {
     }
   }
 
-  async #decode_bytes(gltf, { bufferView: view, attributes }, signal, source, upload) {
+  async #decode_bytes({ gltf, primitive, stored: { bufferView: view, attributes }, numbers, may_choose }, signal, source, upload) {
     const pool = this.#pool ?? (default_pool ??= createPool());
     if (source !== undefined) {
-      const { asset, onProgress, onPart } = source;
+      const { asset, onProgress, onPart, choose } = source;
       const add = (part, counts) => {
         upload.add(part, counts);
         onPart?.(part, counts);
       };
-      return pool.decodeStream(asset.chunks(view), { attributes, signal, onProgress, onPart: upload === undefined ? onPart : add });
+      const both = signal_of(signal, source.signal);
+      try {
+        return await pool.decodeView(asset, view, { attributes, signal: both.signal, onProgress, onPart: upload === undefined ? onPart : add,
+          choose: may_choose ? choose : null, place: numbers, check: (counts) => check_counts(gltf, primitive, attributes, counts) });
+      } finally {
+        both.end();
+      }
     }
     const data = await this.#load_view(gltf, view);
     // The data is a part of the file's buffer, which must stay.

@@ -2,7 +2,7 @@
 import { PsplitError } from './error.js';
 import { array_of, kSemantics, kTypes } from './types.js';
 
-const wrong_length = () => new PsplitError('container: its length is not the sum of its parts', 'invalid-input');
+export const wrong_length = () => new PsplitError('container: its length is not the sum of its parts', 'invalid-input');
 
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
@@ -31,6 +31,36 @@ function boxes_of(bytes, stream_count) {
   return undefined;
 }
 
+// Columns of the directory.
+export const kStreamBytes = 0;
+export const kStitchBytes = 4;
+
+const kHeaderBytes = 20, kMagic = 0x4c505350;
+
+// The bytes to the end of the head. If the bytes that are there are not those of a container, no more are needed.
+export function front_bytes(bytes) {
+  if (bytes.length < kHeaderBytes) return kHeaderBytes;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
+  return word(0) === kMagic ? kHeaderBytes + word(12) + word(16) : 0;
+}
+
+export const sum = (numbers) => numbers.reduce((all, number) => all + number, 0);
+export function joined(chunks) {
+  const bytes = new Uint8Array(sum(chunks.map(({ length }) => length)));
+  let at = 0;
+  for (const chunk of chunks) {
+    bytes.set(chunk, at);
+    at += chunk.length;
+  }
+  return bytes;
+}
+
+// What is there of a container's bytes: those to the end of the head, or more, and the rest arrives; all; or the same as at
+// first, for choose().
+export const kFront = 0;
+export const kWhole = 1;
+export const kOutline = 2;
+
 export class Container {
   #instance;
   #handle;
@@ -39,20 +69,28 @@ export class Container {
   #decoded;      // the end of the decoded streams
   #memory;       // of the container's bytes
   #arrived = 0;  // bytes
+  #rows;         // where the directory's rows are
 
   /**
    * @param {import('./instance.js').Instance} instance
-   * @param {Uint8Array} bytes of the container; if it arrives, at least those to the end of its head
-   * @param {boolean} [arrives]
+   * @param {Uint8Array} bytes of the container
+   * @param {number} [arrival] kFront, kWhole or kOutline
    */
-  constructor(instance, bytes, arrives = false) {
+  constructor(instance, bytes, arrival = kWhole) {
     this.#instance = instance;
-    this.#handle = instance.open('open_container', bytes, arrives ? 0 : 1);
-    const [stream_count, has_residue, is_condensed, faces_at, points_at, memory, byte_count] =
-      instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 7);
+    this.#handle = instance.open('open_container', bytes, arrival);
+    this.#read_counts();
+    this.boxes = boxes_of(bytes, this.stream_count);
+  }
+
+  #read_counts() {
+    const instance = this.#instance, words = instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 11);
+    const [stream_count, has_residue, is_condensed, faces_at, points_at, memory, byte_count, has_borders, front_length, rows_at, row_length] = words;
     this.#memory = memory;
     this.byte_count = byte_count;
-    this.boxes = boxes_of(bytes, stream_count);
+    this.#rows = { at: rows_at, length: row_length };
+    this.front_length = front_length;
+    this.has_borders = has_borders !== 0;
     this.stream_count = stream_count;
     this.has_residue = has_residue !== 0;
     this.is_condensed = is_condensed !== 0;
@@ -72,11 +110,40 @@ export class Container {
     return this.first_points[this.stream_count];
   }
 
-  // Of a container that arrives: its next bytes. Returns the number of streams that have arrived.
-  arrive(bytes) {
+  get patch_count() {
+    return this.stream_count - (this.has_residue ? 1 : 0);
+  }
+  column(number) {
+    const { at, length } = this.#rows, rows = this.#instance.view(Uint32Array, at, this.stream_count * length);
+    return Uint32Array.from({ length: this.stream_count }, (_, i) => rows[i * length + number]);
+  }
+
+  // Makes an outline the container of some patches, which share no points. Returns the streams that they need, in the order in
+  // which they are to arrive after place_chosen(). The stitch map is only needed if has_borders.
+  choose(patches, stitch_map) {
+    const instance = this.#instance, boxes = this.boxes;
+    if (this.has_borders && stitch_map.length !== sum(this.column(kStitchBytes))) throw wrong_length();
+    const at = instance.copy_in(patches), stitch_at = this.has_borders ? instance.copy_in(stitch_map) : 0;
+    const needed = this.#list('choose_patches', at, patches.length, stitch_at).slice();
+    instance.exports.release(at);
+    this.chosen = patches;
+    this.boxes = boxes && Float64Array.from({ length: 6 * patches.length }, (_, i) => boxes[6 * patches[Math.floor(i / 6)] + (i % 6)]);
+    return needed;
+  }
+  place_chosen() {
+    if (!this.#instance.exports.place_chosen(this.#handle)) throw this.#instance.last_error();
+    this.#read_counts();
+  }
+
+  // Of a container that arrives: its next bytes.
+  add_bytes(bytes) {
     if (this.#arrived + bytes.length > this.byte_count) throw wrong_length();
     this.#instance.view(Uint8Array, this.#memory + this.#arrived, bytes.length).set(bytes);
-    const stream_count = this.#instance.exports.arrive(this.#handle, (this.#arrived += bytes.length));
+    this.#arrived += bytes.length;
+  }
+  // Returns the number of streams that have arrived. They are to be decoded before the next call.
+  arrived_streams() {
+    const stream_count = this.#instance.exports.arrive(this.#handle, this.#arrived);
     const failure = this.failure();
     if (failure !== undefined) throw failure.error;
     return stream_count;
@@ -160,8 +227,8 @@ export class Container {
     return this.#list('resolve_rest');
   }
 
-  #list(name) {
-    const words = this.#instance.exports[name](this.#handle);
+  #list(name, ...options) {
+    const words = this.#instance.exports[name](this.#handle, ...options);
     if (words === 0) throw this.#instance.last_error();
     const [at, length] = this.#instance.view(Uint32Array, words, 2);
     return this.#instance.view(Uint32Array, at, length);

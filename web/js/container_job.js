@@ -8,8 +8,10 @@
 // the lead, which resolves the references from one range to another, and has the result. Arrays of the mesh are
 // assembled by the lead, or if `is_shared`, all write to shared ones, which the lead sends to the helpers at first.
 //
-// A job that `arrives` has no bytes: they come in chunks, to one worker.
-import { Container } from './container.js';
+// A job that `arrives` has no bytes: they come in chunks, to one worker. If it has `chosen`, the numbers of patches, the first
+// chunk has the bytes to the end of the head; the next one has the stitch map if patches share values at borders; and all others
+// the streams that Container.choose names.
+import { Container, front_bytes, joined, kFront, kOutline } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
 import { part_of, with_arrays } from './part.js';
 import { array_of } from './types.js';
@@ -17,6 +19,8 @@ import { array_of } from './types.js';
 // The time for assembling a mesh, as a part of the time for decoding it on one worker.
 const kAssembling = 0.045;
 const kReportMs = 16;
+// Chosen streams that are decoded at once, if they are there.
+const kTogether = 12;
 
 // Stages at which a job fails. A failure of an earlier stage comes before others, and then that of the lowest stream:
 // so the error is the one that one worker has. Faults of a worker itself come last.
@@ -70,9 +74,9 @@ function reporter(container, first, end, { reports, parts }, post) {
   };
 }
 
-const counts_of = ({ boxes, face_count, has_residue, is_condensed, point_count, stream_count }) => ({ faceCount: face_count,
-  pointCount: point_count, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue, isCondensed: is_condensed,
-  ...(boxes && { boxes }) });
+export const counts_of = ({ boxes, chosen, face_count, has_residue, is_condensed, patch_count, point_count }) => ({ faceCount: face_count,
+  pointCount: point_count, patchCount: patch_count, hasResidue: has_residue, isCondensed: is_condensed,
+  ...(boxes && { boxes }), ...(chosen && { chosen }) });
 const result_of = (container, [indices, ...values]) => ({ ...counts_of(container), firstFaces: container.first_faces,
   firstPoints: container.first_points, indices, attributes: with_arrays(container.attributes, values) });
 
@@ -88,35 +92,29 @@ export function decode_alone(instance, job, post) {
   }
 }
 
-const kHeaderBytes = 20, kMagic = 0x4c505350;
-
-// The bytes to the end of the head. If the bytes that are there are not those of a container, no more are needed.
-function front_bytes(bytes) {
-  if (bytes.length < kHeaderBytes) return kHeaderBytes;
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
-  return word(0) === kMagic ? kHeaderBytes + word(12) + word(16) : 0;
-}
-
-function joined(a, b) {
-  const bytes = new Uint8Array(a.length + b.length);
-  bytes.set(a);
-  bytes.set(b, a.length);
-  return bytes;
-}
-
-// The streams are decoded when they have arrived: next() resolves to the next bytes, or null at their end.
-export async function decode_arriving(instance, job, post, next) {
-  let front = new Uint8Array(0), end = 0, report;
+// The streams are decoded when they have arrived: inbox.next() resolves to the next bytes, or null at their end.
+export async function decode_arriving(instance, job, post, inbox) {
+  let front = new Uint8Array(0), count = 0, end = 0, report;
+  const { chosen } = job;
   while (front.length < front_bytes(front)) {
-    const chunk = await next();
+    const chunk = await inbox.next();
     if (chunk === null) return instance.guarded(() => decode_alone(instance, { ...job, bytes: front }, post));
-    front = joined(front, chunk);
+    front = joined([front, chunk]);
   }
-  const container = instance.guarded(() => new Container(instance, front, true)), { stream_count } = container;
+  const container = instance.guarded(() => new Container(instance, front, chosen === undefined ? kFront : kOutline));
   try {
-    for (let chunk = front; chunk !== null; chunk = await next())
+    if (chosen !== undefined) {
+      const stitch_map = container.has_borders ? await inbox.next() : null;
+      instance.guarded(() => container.choose(chosen, stitch_map));
+      instance.guarded(() => container.place_chosen());
+    }
+    const { stream_count } = container;
+    for (let chunk = chosen === undefined ? front : await inbox.next(); chunk !== null; chunk = await inbox.next())
       instance.guarded(() => {
-        if (container.arrive(chunk) === 0) return;
+        container.add_bytes(chunk);
+        // Some chosen streams together are faster than one by one.
+        if (chosen !== undefined && ++count % kTogether > 0 && inbox.has_more) return;
+        if (container.arrived_streams() === 0) return;
         if (report === undefined) {
           container.request(job.attributes);
           container.begin(0, stream_count);

@@ -7,6 +7,8 @@ export const wasm_file = () => new URL('./psplit.wasm', import.meta.url);
 export const page_worker = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
 /** What runs jobs without a worker: pages load it when they need it. */
 export const job_runner = () => import('./job_runner.js');
+/** What decodes chosen patches of a file: pages load it when they need it. */
+export const choice = () => import('./choice.js');
 /** A worker of Node.js; NodeWorker is the class of node:worker_threads. */
 export const node_worker = (NodeWorker) => new NodeWorker(
   new URL(/* webpackIgnore: true */ /* @vite-ignore */ './worker.js', import.meta.url));

@@ -68,6 +68,20 @@ export function check_counts(json, primitive, attributes, { faceCount, pointCoun
     throw invalid(`${pointCount} points do not fit the component type ${componentType} of indices`);
 }
 
+/**
+ * The component type of indices of a mesh with this many points: the accessor's, or a wider one. A mesh of chosen patches may
+ * have more points than the whole.
+ */
+export const index_type = ({ componentType }, point_count) =>
+  (point_count > 2 ** (8 * kIndexArrays[componentType].BYTES_PER_ELEMENT) - 1 ? 5125 : componentType);
+
+/**
+ * Whether all data of a primitive that goes with its points is in patches, so that patches may be left out.
+ * @param {object} primitive as the JSON has it @param {{ name: string }[]} attributes those in patches
+ */
+export const is_all_stored = (primitive, attributes) =>
+  primitive.targets === undefined && Object.keys(primitive.attributes).every((of) => attributes.some(({ name }) => name === of));
+
 /** The mesh's indices in the type of the primitive's accessor. Throws if the mesh does not fit the accessors. */
 export function fitting_indices(json, primitive, mesh) {
   check_counts(json, primitive, mesh.attributes, mesh);

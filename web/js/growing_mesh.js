@@ -38,7 +38,7 @@ export class GrowingMesh {
   }
 
   #begin(counts) {
-    this.#container.check(counts);
+    this.#container.fit(counts);
     this.#arrays = new Map(this.#container.columns.map((column) => [column, column.make_array()]));
     this.#begun(new Map([...this.#arrays].map(([column, array]) => [column.view, array.buffer])));
   }

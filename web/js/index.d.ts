@@ -187,11 +187,45 @@ export interface PrimitivePlace {
   primitive: number;
 }
 
+/** What `choose` is told of a container when its head is there. Arrays have a number for each patch, boxes six. */
+export interface PatchChoice extends Partial<PrimitivePlace> {
+  patchCount: number;
+  byteLengths: Uint32Array;
+  faceCounts: Uint32Array;
+  /** As in ContainerCounts. */
+  boxes?: Float64Array;
+}
+
+/**
+ * Chooses patches of a container by their numbers. They are fetched and decoded in this order. Nothing (undefined, null) stands for
+ * the whole mesh.
+ */
+export type ChoosePatches = (container: PatchChoice) =>
+  Iterable<number> | null | undefined | void | Promise<Iterable<number> | null | undefined | void>;
+
+/** Of a mesh of chosen patches. */
+export interface ChosenPatches {
+  /** The numbers that `choose` returned: patch i of the mesh is patch `chosen[i]` of the container. */
+  chosen?: Uint32Array;
+}
+
 export interface UrlOptions extends Omit<StreamOptions, 'onPart'> {
   /** Of containers of which some patches have arrived. */
   onProgress?: (done: number, total: number) => void;
   /** `place`: the first primitive that has the container. Without numbers, if the file is a container alone. */
-  onPart?: (part: DecodedPart, mesh: ContainerCounts, place: Partial<PrimitivePlace>) => void;
+  onPart?: (part: DecodedPart, mesh: ContainerCounts & ChosenPatches, place: Partial<PrimitivePlace>) => void;
+  /**
+   * Leaves patches out. The mesh then consists of the chosen ones alone, in their order, and counts only these. They share no
+   * points: points at borders come once for each patch, and each corner of a face has the values that it has in the whole mesh. A
+   * residue, which has nothing to draw, is left out. Errors have the numbers that patches have in the container. Rules of the
+   * container that concern what is left out are not checked.
+   *
+   * If the server sends ranges of the file, and an ETag or a Last-Modified, other patches are not fetched. (Patches of
+   * `gltf-psplit encode --condense` may need some that come before them, which are fetched as well.) If the file changes on
+   * the way, the promise rejects with the code `failed`. Other servers, and a Response that is given, send the file up to the
+   * last byte that is needed.
+   */
+  choose?: ChoosePatches | null;
 }
 
 /**
@@ -202,7 +236,7 @@ export interface DecodedFile {
   /** Of a glTF file; null of a container alone. */
   json: any;
   /** In the order of meshes and primitives, or without numbers the container alone. Equal primitives share their arrays. */
-  primitives: (DecodedContainer & Partial<PrimitivePlace>)[];
+  primitives: (DecodedContainer & ChosenPatches & Partial<PrimitivePlace>)[];
 }
 
 /**

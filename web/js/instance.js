@@ -1,4 +1,5 @@
 // One instance of the WebAssembly module: calls its exports, and copies bytes in and arrays out. Synchronous.
+import { Container, kOutline } from './container.js';
 import { decode_alone, decode_arriving, decode_as_helper, decode_as_lead } from './container_job.js';
 import { PsplitError } from './error.js';
 import { kArrays, kSemantics, kTypes } from './types.js';
@@ -158,12 +159,29 @@ export class Decoder {
       this.#give_back();
     }
   }
-  // Takes part in a job of several workers, or decodes a container that arrives: next() resolves to its next chunk, or
+  // Takes part in a job of several workers, or decodes a container that arrives: inbox.next() resolves to its next chunk, or
   // null. Resolves to the result, unless this one is a helper.
-  async run_part(job, post, next) {
+  async run_part(job, post, inbox) {
     const instance = this.#take(), decode = job.arrives ? decode_arriving : job.part === 0 ? decode_as_lead : decode_as_helper;
     try {
-      return await decode(instance, job, post, next);
+      return await decode(instance, job, post, inbox);
+    } finally {
+      this.#give_back();
+    }
+  }
+
+  // Calls use(container) with the outline of a container.
+  with_outline(front, use) {
+    const instance = this.#take();
+    try {
+      return instance.guarded(() => {
+        const container = new Container(instance, front, kOutline);
+        try {
+          return use(container);
+        } finally {
+          container.free();
+        }
+      });
     } finally {
       this.#give_back();
     }

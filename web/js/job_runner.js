@@ -10,6 +10,9 @@ class Inbox {
   constructor(id) {
     this.id = id;
   }
+  get has_more() {
+    return this.#chunks[0] != null;
+  }
   add(chunk) {
     this.#chunks.push(chunk);
     this.#wake();
@@ -37,7 +40,7 @@ export function make_runner(post) {
       const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
       inbox = job.arrives ? new Inbox(id) : null;
       const is_part = job.ports !== undefined || job.arrives;
-      const result = await (is_part ? decoder.run_part(job, report, () => inbox.next()) : decoder.run(job, report));
+      const result = await (is_part ? decoder.run_part(job, report, inbox) : decoder.run(job, report));
       if (result !== undefined) post({ id, result }, buffers_of(result));
     } catch (error) {
       post({ id, error: error_to_data(error) });

@@ -2,10 +2,10 @@
 // when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
 // all workers of the job are replaced.
 import { ArrivingAsset } from './arriving_asset.js';
-import { ArrivingBytes, signal_of } from './arriving.js';
+import { ArrivingBytes } from './arriving.js';
 import { error_from_data, PsplitError } from './error.js';
-import { job_runner, node_worker, page_worker } from './files.js';
-import { check_signal, make_job } from './job.js';
+import { choice, job_runner, node_worker, page_worker } from './files.js';
+import { check_signal, make_job, signal_of } from './job.js';
 import { compile_module, configured, shared_module } from './module.js';
 import { is_node, node_module } from './node.js';
 import { Task } from './task.js';
@@ -115,33 +115,50 @@ class Pool {
   }
 
   async decodeStream(stream, options) {
-    const given = options ?? {}, job = make_job('container', new Uint8Array(), given), { signal, end } = signal_of(given.signal);
+    return this.#decode_stream(stream, options ?? {});
+  }
+  // `chosen`: numbers of patches. The stream then has what a job with them gets, in chunks.
+  async #decode_stream(stream, options, chosen) {
+    const job = make_job('container', new Uint8Array(), options), { signal, end } = signal_of(options.signal);
     try {
       const source = new ArrivingBytes(stream, signal);
-      await source.until(kLeastBytes);
-      return await this.#add({ ...job, source }, given);
+      if (chosen === undefined) await source.until(kLeastBytes);
+      return await this.#add({ ...job, source, chosen }, options);
     } finally {
       end();  // after an error, the stream
     }
   }
 
+  // Decodes the container in a buffer view of an ArrivingAsset, or patches of it, of primitive `place`. `check` gets the counts of
+  // the whole mesh.
+  async decodeView(asset, view, { choose, place, check, ...options }) {
+    if (choose != null) {
+      const { empty_mesh, planned } = await choice();
+      const plan = await planned(await this.#load(), await asset.place(view), choose, (counts) => (check(counts), place), options.signal);
+      if (plan?.chosen.length === 0) return empty_mesh(options.attributes ?? []);
+      if (plan !== null) return this.#decode_stream(plan.parts, options, plan.chosen);
+    }
+    const mesh = await this.#decode_stream(asset.chunks(view), options);
+    check(mesh);
+    return mesh;
+  }
+
   async decodeUrl(url, options) {
-    const { signal: outer, onProgress, onPart, ...rest } = options ?? {}, { signal, end } = signal_of(outer);
+    const { signal: outer, onProgress, onPart, choose, ...rest } = options ?? {}, { signal, end } = signal_of(outer);
     try {
-      const asset = await ArrivingAsset.open(url, signal), counts = [];
+      const asset = await ArrivingAsset.open(url, signal, undefined, choose), counts = [];
       const progress = (i, done, total) => {
         counts[i] = { done, total };
         const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
         onProgress(sum('done'), sum('total'));
       };
       const primitives = await Promise.all(asset.containers().map(async (container, i) => {
-        const { view, attributes, uses } = container;
-        const mesh = await this.decodeStream(asset.chunks(view), { ...rest, ...(attributes && { attributes }),
-          signal,
+        const { view, attributes, uses: [place] } = container;
+        const mesh = await this.decodeView(asset, view, { ...rest, ...(attributes && { attributes }), signal, choose, place,
+          check: (of) => asset.check(container, of),
           onProgress: onProgress && ((done, total) => progress(i, done, total)),
-          onPart: onPart && ((part, of) => onPart(part, of, uses[0])) }).catch((error) => { throw asset.placed(error, uses[0]); });
-        asset.check(container, mesh);
-        return uses.map((use) => ({ ...use, ...mesh }));
+          onPart: onPart && ((part, of) => onPart(part, of, place)) }).catch((error) => { throw asset.placed(error, place); });
+        return container.uses.map((use) => ({ ...use, ...mesh }));
       }));
       return { json: asset.json, primitives: primitives.flat() };
     } finally {

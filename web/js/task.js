@@ -43,7 +43,7 @@ export class Task {
   }
   // The number of workers to have.
   get most() {
-    if (this.source?.is_complete) this.#take_bytes(this.source);
+    if (this.source?.is_complete && this.#job.chosen === undefined) this.#take_bytes(this.source);
     const { bytes, kind, source } = this.#job;
     if (kind === 'draco' || source !== undefined) return 1;
     return Math.min(this.#workers ?? Math.max(1, Math.floor(bytes.length / kBytesOfWorker)), stream_count_of(bytes));

@@ -1,7 +1,7 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
 import type { GLTF, GLTFLoader, GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
-import type { DecodedPart, Pool } from './index.js';
+import type { ChoosePatches, ChosenPatches, DecodedPart, Pool } from './index.js';
 
 declare module 'three/addons/loaders/GLTFLoader.js' {
   interface GLTF {
@@ -39,13 +39,19 @@ export interface PsplitPluginOptions {
   patchByPatch?: boolean;
   /** With `patchByPatch`: is called when the patches of a part have been written to the geometry. */
   onPart?(part: DecodedPart, primitive: { mesh: number; primitive: number }): void;
+  /**
+   * With loadStreaming: leaves patches out, as in `decodeUrl` of psplit. The geometry then has the chosen patches alone, in their
+   * order; bounds that are taken from the file are those of the whole mesh. It is not called for primitives with morph targets or
+   * with attributes that are not in patches: these are whole.
+   */
+  choose?: ChoosePatches | null;
   /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */
   file?: string;
 }
 
-/** What a mesh was made of. */
-export interface PatchFacts {
-  /** Of the container. */
+/** What a mesh was made of. If patches were chosen, the numbers are those of the chosen ones. */
+export interface PatchFacts extends ChosenPatches {
+  /** Of the whole container. */
   bytes: number;
   patchCount: number;
   hasResidue: boolean;

@@ -15,11 +15,21 @@ const uint32_t* list_words(const std::vector<uint32_t>& list) {
 
 }  // namespace
 
-// Containers. The bytes are in memory of allocate, which the call takes over: the whole container, or its
-// front.
+// Containers. The bytes are in memory of allocate, which the call takes over: as many as DecodedContainer's
+// Arrival says.
 PSPLIT_WEB_EXPORT(open_container)
-DecodedContainer* open_container_bytes(uint8_t* bytes, size_t size, uint32_t is_whole) {
-  return handle_of(DecodedContainer::open(owned(bytes), size, is_whole != 0));
+DecodedContainer* open_container_bytes(uint8_t* bytes, size_t size, DecodedContainer::Arrival arrival) {
+  return handle_of(DecodedContainer::open(owned(bytes), size, arrival));
+}
+// Chooses `count` patches of an outline. The stitch map is in memory of allocate, which the call takes over;
+// null if patches share no values. Returns the streams that they need.
+PSPLIT_WEB_EXPORT(choose_patches)
+const uint32_t* choose_patches(DecodedContainer* container, const uint32_t* patches, size_t count,
+                               uint8_t* stitch_map) {
+  return list_words(container->choose({patches, patches + count}, owned(stitch_map)));
+}
+PSPLIT_WEB_EXPORT(place_chosen) bool place_chosen(DecodedContainer* container) {
+  return keep_error(container->place_chosen());
 }
 // Returns the number of streams that have arrived; failed_stage tells of a failure.
 PSPLIT_WEB_EXPORT(arrive) uint32_t arrive(DecodedContainer* container, size_t arrived) {
@@ -28,9 +38,11 @@ PSPLIT_WEB_EXPORT(arrive) uint32_t arrive(DecodedContainer* container, size_t ar
 PSPLIT_WEB_EXPORT(free_container) void free_container(DecodedContainer* container) { delete container; }
 
 // streams, residue, whether streams are condensed, the addresses of the streams' first faces and first points
-// (a number for each stream, and the mesh's count), and the address and the length of the container's bytes
+// (a number for each stream, and the mesh's count), the address and the length of the container's bytes,
+// whether patches share values at borders, the bytes to the end of the head, the address of the rows, and words
+// of a row: bytes of the stream, faces, points, references, bytes of the stitch map, and others
 PSPLIT_WEB_EXPORT(container_counts) const uint32_t* container_counts(const DecodedContainer* handle) {
-  static uint32_t words[7];
+  static uint32_t words[11];
   const PatchContainer& container = handle->container();
   words[0] = static_cast<uint32_t>(container.entries.size());
   words[1] = container.has_residue;
@@ -39,6 +51,10 @@ PSPLIT_WEB_EXPORT(container_counts) const uint32_t* container_counts(const Decod
   words[4] = reinterpret_cast<uint32_t>(container.owned_base.data());
   words[5] = reinterpret_cast<uint32_t>(container.bytes.data());
   words[6] = static_cast<uint32_t>(container.bytes.size());
+  words[7] = container.has_borders();
+  words[8] = static_cast<uint32_t>(container.header_bytes);
+  words[9] = reinterpret_cast<uint32_t>(container.entries.data());
+  words[10] = sizeof(StreamEntry) / sizeof(uint32_t);
   return words;
 }
 

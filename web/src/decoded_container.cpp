@@ -29,25 +29,53 @@ void take_list(const uint32_t*& words, std::vector<T>& list) {
 }  // namespace
 
 Expected<std::unique_ptr<DecodedContainer>> DecodedContainer::open(std::unique_ptr<uint8_t[]> bytes,
-                                                                   size_t size, bool is_whole) {
+                                                                   size_t size, Arrival arrival) {
   std::unique_ptr<DecodedContainer> opened(new DecodedContainer());
-  PatchContainer& container = opened->container_;
+  opened->is_outline_ = arrival == Arrival::kOutline;
+  PatchContainer& container = opened->is_outline_ ? opened->chosen_.emplace().whole : opened->container_;
+  const bool is_whole = arrival == Arrival::kWhole;
   if (Status status = open_front({bytes.get(), size}, is_whole, container); !status.ok()) return status;
-  const uint64_t total = container.total_bytes();
-  if (total > 0xffffffffu) return status_of(core::Fault::kWorkspace);
-  if (!is_whole) bytes.reset(new uint8_t[static_cast<size_t>(total)]);
-  container.place({bytes.get(), static_cast<size_t>(total)});
-  opened->bytes_ = std::move(bytes);
-  if (Status status = container.read_headers(is_whole ? total : 0); !status.ok()) return status;
+  if (!opened->is_outline_) {
+    const uint64_t total = container.total_bytes();
+    if (total > 0xffffffffu) return status_of(core::Fault::kWorkspace);
+    if (!is_whole) bytes.reset(new uint8_t[static_cast<size_t>(total)]);
+    container.place({bytes.get(), static_cast<size_t>(total)});
+    opened->bytes_ = std::move(bytes);
+    if (Status status = container.read_headers(is_whole ? total : 0); !status.ok()) return status;
+  }
   if (Status status = check_claims(container); !status.ok()) return status;
   return opened;
 }
 
 uint32_t DecodedContainer::arrive(size_t arrived) {
   const uint32_t before = arrived_count();
+  if (chosen_) {
+    stream_failure_ = chosen_->arrive(arrived, container_);
+    return arrived_count();
+  }
   stream_failure_ = container_.read_headers(arrived);
   if (stream_failure_.ok() && decoder_) stream_failure_ = decoder_->decode_borders({before, arrived_count()});
   return arrived_count();
+}
+
+const std::vector<uint32_t>& DecodedContainer::choose(std::vector<uint32_t> patches,
+                                                      std::unique_ptr<uint8_t[]> stitch_map) {
+  chosen_->choose(std::move(patches), std::move(stitch_map), container_);
+  is_outline_ = false;
+  return chosen_->needed();
+}
+
+Status DecodedContainer::place_chosen() {
+  const uint64_t total = chosen_->needed_bytes();
+  if (total > 0xffffffffu) return status_of(core::Fault::kWorkspace);
+  bytes_.reset(new uint8_t[static_cast<size_t>(total)]);
+  container_.bytes = {bytes_.get(), static_cast<size_t>(total)};
+  chosen_->place(container_.bytes);
+  return {};
+}
+
+Status DecodedContainer::in_whole(Status status) const {
+  return chosen_ ? chosen_->in_whole(status) : std::move(status);
 }
 
 Status DecodedContainer::describe() {
@@ -62,7 +90,7 @@ Status DecodedContainer::describe() {
     }
     return Status();
   });
-  return std::move(status).at({.patch = 0});
+  return in_whole(std::move(status).at({.patch = 0}));
 }
 
 Status DecodedContainer::begin(StreamRange range) {
@@ -70,13 +98,13 @@ Status DecodedContainer::begin(StreamRange range) {
   next_ = range.first;
   is_resolved_.assign(container_.entries.size(), 0);
   if (Status status =
-          check_results(container_.point_count(), container_.face_count(), requests_, container_.bytes.size());
+          check_results(container_.point_count(), container_.face_count(), requests_, container_.total_bytes());
       !status.ok())
     return status;
   Expected<PrimitiveBuffers> buffers =
       allocate_mesh(container_.owned_base[range.end] - container_.owned_base[range.first],
                     container_.face_base[range.end] - container_.face_base[range.first], requests_,
-                    container_.bytes.size(), part_);
+                    container_.total_bytes(), part_);
   if (!buffers) return buffers.status();
   buffers_ = std::move(*buffers);
   decoder_.emplace(DecodeTask{&container_, requests_}, range_, buffers_, pool_, steps_);
@@ -92,7 +120,7 @@ uint32_t DecodedContainer::decode_streams() {
   for (uint32_t i = first; i < next_; ++i) {
     StitchedPatch& stitched = decoder_->stitched(i);
     if (!stitched.status.ok()) {
-      stream_failure_ = std::move(stitched.status);
+      stream_failure_ = in_whole(std::move(stitched.status));
       return 0;
     }
     if (!refers_only_to_range(i)) continue;

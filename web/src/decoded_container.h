@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "src/cpu/container_decoder.h"
+#include "web/src/chosen_streams.h"
 
 namespace psplit::web {
 
@@ -23,15 +24,28 @@ class DecodedContainer {
   // stream.
   enum class Stage : uint32_t { kNone, kStreams, kReferences };
 
-  // Opens a container, or one that arrives: if not `is_whole`, by its bytes to the end of the head, or more.
-  // Any bytes may be given. Errors are those of open_container.
+  // What is there of the bytes. If not all, those to the end of the head are, or more.
+  enum class Arrival : uint32_t {
+    kFront,  // of the whole container, which arrives
+    kWhole,
+    kOutline,  // of a container without memory for its streams: for choose()
+  };
+  // Opens a container. Any bytes may be given. Errors are those of open_container.
   static Expected<std::unique_ptr<DecodedContainer>> open(std::unique_ptr<uint8_t[]> bytes, size_t size,
-                                                          bool is_whole);
+                                                          Arrival arrival);
 
-  const PatchContainer& container() const { return container_; }
+  // The whole container, until patches of it are chosen.
+  const PatchContainer& container() const { return is_outline_ ? chosen_->whole : container_; }
   // Of a container that arrives, whose memory the caller fills: the first `arrived` bytes are there. Returns
-  // the number of streams that have arrived. Not to be called after a failure, which is that of a stream.
+  // the number of streams that have arrived, of chosen patches of those that can be decoded. Not to be called
+  // after a failure, which is that of a stream.
   uint32_t arrive(size_t arrived);
+
+  // Makes an outline the container of some patches of it, as ChosenStreams says. Returns the streams that they
+  // need.
+  const std::vector<uint32_t>& choose(std::vector<uint32_t> patches, std::unique_ptr<uint8_t[]> stitch_map);
+  // Takes memory for these streams. They then arrive, one behind the other.
+  Status place_chosen();
 
   // Decodes the first stream for its attributes.
   Status describe();
@@ -69,11 +83,14 @@ class DecodedContainer {
  private:
   DecodedContainer() = default;
 
+  Status in_whole(Status status) const;
   bool refers_only_to_range(uint32_t stream) const;
   uint32_t arrived_count() const { return static_cast<uint32_t>(container_.headers.size()); }
 
   std::unique_ptr<uint8_t[]> bytes_;
   PatchContainer container_;
+  std::optional<ChosenStreams> chosen_;  // if it was opened as an outline
+  bool is_outline_ = false;              // no patches are chosen yet
   std::vector<StoredAttribute> stored_;
   std::vector<AttributeRequest> requests_;
 

@@ -80,6 +80,33 @@ TEST(BorderValues, AreKnownBeforeLaterPatchesArrive) {
   }
 }
 
+// Only the headers of some patches, in any order, and of those that own their values are there.
+TEST(BorderValues, OfSomePatchesNeedOnlyTheirOwners) {
+  size_t left_out = 0;
+  for (const Shared& shared : shared_samples()) {
+    SCOPED_TRACE(shared.sample.original.name);
+    const PatchContainer& container = shared.container;
+    const BorderValues all = must(BorderValues::decode(container, ThreadPool(1)));
+    for (uint32_t step = 1; step <= 3; ++step) {
+      std::vector<uint32_t> some;
+      for (uint32_t i = container.patch_count(); i-- > 0;)
+        if (i % step == 0) some.push_back(i);
+      PatchContainer with_gaps = container;
+      with_gaps.headers.assign(container.headers.size(), {});
+      std::vector<uint32_t> needed = some;
+      for (const uint32_t patch : some) BorderValues::append_owners(container, patch, needed);
+      for (const uint32_t i : needed) with_gaps.headers[i] = container.headers[i];
+      std::sort(needed.begin(), needed.end());
+      needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+      left_out += container.patch_count() - needed.size();
+      const BorderValues found = must(BorderValues::decode(with_gaps, some));
+      for (const uint32_t i : some)
+        EXPECT_EQ(known_values(completed(with_gaps, found, i)), known_values(completed(container, all, i)));
+    }
+  }
+  EXPECT_GT(left_out, 10u);
+}
+
 TEST(BorderValues, AreTheSameForAllPatchesAndForEachAlone) {
   size_t values = 0, own_values = 0, with_residue = 0;
   for (const Shared& shared : shared_samples()) {

@@ -1,6 +1,6 @@
 // A container of a glTF asset, and the synthetic accessors and buffer views that stand for its decoded arrays.
 import { PsplitError } from '../error.js';
-import { check_counts, kComponentCounts, stored_primitive } from '../gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, stored_primitive } from '../gltf.js';
 import { aligned_stride, copy_elements } from '../aligned.js';
 
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
@@ -10,17 +10,17 @@ const replaced = new WeakMap();
 
 // The indices or one attribute of a primitive.
 class Column {
+  #published;  // the synthetic accessor, and its buffer view
+
   constructor(json, number, is_indices) {
     this.source = replaced.get(json.accessors[number]) ?? number;
     this.accessor = json.accessors[this.source];
     this.Type = kArrays[this.accessor.componentType];
     this.components = kComponentCounts[this.accessor.type];
+    this.count = this.accessor.count;
     const bytes = this.Type.BYTES_PER_ELEMENT;
     // In components, from one element to the next.
     this.stride = is_indices ? 1 : aligned_stride(bytes * this.components) / bytes;
-  }
-  get count() {
-    return this.accessor.count;
   }
   get bytes() {
     return this.count * this.stride * this.Type.BYTES_PER_ELEMENT;
@@ -34,6 +34,14 @@ class Column {
     const accessor = { ...this.accessor, bufferView: this.view, byteOffset: 0 };
     this.number = json.accessors.push(accessor) - 1;
     replaced.set(accessor, this.source);
+    this.#published = { accessor, view };
+  }
+  // Gives it other elements than the accessor has: `count`, and a type. To be called before the loader has the buffer view.
+  resize(count, componentType = this.accessor.componentType) {
+    this.count = count;
+    this.Type = kArrays[componentType];
+    Object.assign(this.#published.accessor, { count, componentType });
+    this.#published.view.byteLength = this.bytes;
   }
 
   make_array() {
@@ -69,6 +77,7 @@ export class Container {
     this.key = JSON.stringify([bufferView, this.indices.source,
       attributes.map(({ name, uniqueId }, i) => [name, uniqueId, this.attributes[i].source]).sort()]);
     this.has_fallback = this.columns.every(({ accessor }) => accessor.bufferView !== undefined);
+    this.may_choose = true;  // patches may be left out
     this.uses = [];        // the primitives that are made of it: { mesh, primitive }
     this.done = 0;         // patches
     this.total = 0;
@@ -85,6 +94,7 @@ export class Container {
   }
   // Gives a primitive the synthetic accessors.
   assign(primitive) {
+    this.may_choose &&= is_all_stored(primitive, this.requests);
     primitive.indices = this.indices.number;
     for (const [i, { name }] of this.requests.entries()) primitive.attributes[name] = this.attributes[i].number;
   }
@@ -92,6 +102,13 @@ export class Container {
   // Throws if a decoded mesh with these counts does not fit the accessors.
   check(counts) {
     check_counts(this.#json, this.#primitive, this.requests, counts);
+  }
+  // The same for what was decoded. If that is a mesh of chosen patches, the synthetic accessors get its counts.
+  fit(mesh) {
+    const { chosen, faceCount, pointCount } = mesh;
+    if (chosen === undefined) return this.check(mesh);
+    this.indices.resize(3 * faceCount, index_type(this.indices.accessor, pointCount));
+    for (const column of this.attributes) column.resize(pointCount);
   }
   // Of arrays in the order of columns.
   buffers_of(arrays) {

@@ -1,8 +1,8 @@
 // GLTFLoader reads a file when it is whole. Here its plugin reads the file as it arrives.
 import { LoaderUtils } from 'three';
-import { signal_of } from '../arriving.js';
 import { ArrivingAsset } from '../arriving_asset.js';
 import { PsplitError } from '../error.js';
+import { signal_of } from '../job.js';
 import { PsplitPlugin } from './psplit_plugin.js';
 
 /**
@@ -20,7 +20,7 @@ export async function loadStreaming(loader, url, options) {
   manager.itemStart(url);
   try {
     const asset = await ArrivingAsset.open(request_of(LoaderUtils.resolveURL(url, loader.path)), signal,
-      (uri) => request_of(LoaderUtils.resolveURL(uri, path)));
+      (uri) => request_of(LoaderUtils.resolveURL(uri, path)), options?.choose);
     if (asset.json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
     const make_plugin = (parser) => new PsplitPlugin(parser, { file: url, patchByPatch: true, ...options, signal, asset });
     const gltf = await new Promise((resolve, reject) => {

@@ -155,9 +155,9 @@ export class PsplitPlugin {
     try {
       if (growing !== undefined) options.onPart = (part, counts) => this.#add(container, growing, part, counts);
       const mesh = await this.#decode_bytes(container, options), { byteLength: bytes } = this.#parser.json.bufferViews[container.view];
-      container.check(mesh);
-      const { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces } = mesh;
-      container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces };
+      container.fit(mesh);
+      const { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, chosen } = mesh;
+      container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, ...(chosen && { chosen }) };
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
       if (!may_fall_back(error) || !container.has_fallback || growing?.has_begun === true) throw error;
@@ -165,8 +165,11 @@ export class PsplitPlugin {
     }
   }
 
-  async #decode_bytes({ view }, options) {
-    if (this.#asset !== undefined) return this.#pool.decodeStream(this.#asset.chunks(view), options);
+  async #decode_bytes(container, options) {
+    const { view, uses: [place], may_choose } = container;
+    if (this.#asset !== undefined)
+      return this.#pool.decodeView(this.#asset, view, { ...options, place, choose: may_choose ? this.#options.choose : null,
+        check: (counts) => container.check(counts) });
     const bytes = await until_abort(this.#parser.getDependency('bufferView', view), options.signal);
     return options.onPart === undefined ? this.#pool.decodeContainer(bytes, options) : this.#pool.decodePatches(bytes, options);
   }

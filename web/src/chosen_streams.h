@@ -1,0 +1,48 @@
+// Some patches of a container whose other streams need not be there.
+//
+// A patch has all its points, so it needs no other stream, with one exception: if patches share values at their
+// borders (border_values.h), a patch needs the streams that own its own. Points are not stitched: the chosen
+// patches are a container without references, and points at borders come once for each patch.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "src/container/border_values.h"
+
+namespace psplit::web {
+
+class ChosenStreams {
+ public:
+  // Has its rows and its head, and its claims are checked: open_front fills it, and check_claims accepts it.
+  PatchContainer whole;
+
+  // Chooses different patches of it, in any order. `stitch_map` has the bytes that the rows name, if patches
+  // share values; otherwise it is null. `container`, which is empty, becomes the container of the patches in
+  // their order, without streams and headers. To be called once.
+  void choose(std::vector<uint32_t> patches, std::unique_ptr<uint8_t[]> stitch_map, PatchContainer& container);
+  // The streams that they need: the patches in their order, each behind the owners of its values that do not
+  // come before.
+  const std::vector<uint32_t>& needed() const { return needed_; }
+  uint64_t needed_bytes() const;
+
+  // The needed streams come to `memory`, one behind the other. It must outlive this.
+  void place(std::span<const uint8_t> memory);
+  // The first `arrived` bytes of the memory are there. Gives the container of the patches the streams and
+  // the headers of those that can be decoded since the last call. They may refer to memory that the next call
+  // replaces. Errors: those of open_container and of BorderValues::decode, with the number of the patch in the
+  // whole container. Not to be called after one.
+  Status arrive(size_t arrived, PatchContainer& container);
+
+  // The status with the number that its patch has in the whole container.
+  Status in_whole(const Status& status) const;
+
+ private:
+  std::vector<uint32_t> patches_, needed_;
+  std::vector<uint32_t> waits_for_;  // for each patch, how many needed streams
+  uint32_t arrived_count_ = 0;       // of the needed streams
+  std::unique_ptr<uint8_t[]> stitch_map_;
+  BorderValues borders_;
+};
+
+}  // namespace psplit::web
