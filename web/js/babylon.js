@@ -4,7 +4,7 @@
 import { signal_of } from './arriving.js';
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { check_counts, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, packed, stored_primitive } from './gltf.js';
+import { check_counts, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, packed, stored_primitive, use_fine_meshes } from './gltf.js';
 import { GrowingMesh } from './growing_mesh.js';
 import { createPool } from './pool.js';
 import { array_of } from './types.js';
@@ -135,6 +135,7 @@ class PatchesLoader {
 
   onLoading() {
     const { gltf } = this.#loader, containers = new Map();
+    use_fine_meshes(gltf);
     (gltf.meshes ?? []).forEach(({ primitives }, m) => primitives.forEach((primitive, p) => {
       const place = `/meshes/${m}/primitives/${p}`;
       try {
