@@ -61,9 +61,10 @@ Expected<std::unique_ptr<psplit_gltf>> open_gltf(const psplit_gltf_source* from)
     text = chunks->json;
     file->binary = chunks->binary;
   }
-  const Expected<Json> json = parse_json({reinterpret_cast<const char*>(text.data()), text.size()});
+  Expected<Json> json = parse_json({reinterpret_cast<const char*>(text.data()), text.size()});
   if (!json) return json.status();
   if (Status status = check_members(*json); !status.ok()) return status;
+  if (Status status = exchange_primitives(*json); !status.ok()) return status;
   Expected<AssetRecords> records = read_records(*json);
   if (!records) return records.status();
   file->records = std::move(*records);

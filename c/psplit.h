@@ -352,6 +352,7 @@ PSPLIT_API const char* psplit_gltf_buffer_uri(const psplit_gltf* gltf, uint32_t 
 PSPLIT_API psplit_code psplit_gltf_set_buffer(psplit_gltf* gltf, uint32_t buffer, const void* data, size_t size,
                                               psplit_error* error);
 
+// A mesh has the primitives of its extension, if it has coarse ones for loaders without the extension.
 PSPLIT_API uint32_t psplit_gltf_mesh_count(const psplit_gltf* gltf);
 PSPLIT_API uint32_t psplit_gltf_primitive_count(const psplit_gltf* gltf, uint32_t mesh);
 // PSPLIT_KIND_NONE also if there is no such primitive. If a primitive has both extensions, ours counts.

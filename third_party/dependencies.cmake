@@ -23,7 +23,7 @@ endif()
 message(STATUS "tinygltf plugin: ${PSPLIT_HAS_TINYGLTF}")
 if(PSPLIT_BUILD_ENCODER)
   find_package(nlohmann_json 3.10 REQUIRED)
-  # meshoptimizer: decodes buffer views that it compressed, and is a rival that `compare` measures.
+  # meshoptimizer: decodes buffer views that it compressed, simplifies meshes, and is a rival that `compare` measures.
   find_package(meshoptimizer REQUIRED)
   # xxHash: file names made from content, and how `batch` recognizes what it made already.
   find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
@@ -46,7 +47,10 @@ class DocumentDecoder {
         is_too_large_(limit.bytes > 0 && !stated_bytes(document).fit_into(limit)) {}
 
   Status run() {
-    if (groups_.empty()) return {};
+    if (groups_.empty()) {
+      drop_coarse_primitives(document_);
+      return {};
+    }
     items_.resize(groups_.size());
     std::vector<Item*> whole;
     for (size_t i = 0; i < groups_.size(); ++i) {
@@ -248,7 +252,9 @@ class DocumentDecoder {
   }
 
   void edit() {
+    const std::vector<int64_t> freed = take_coarse_primitives(document_);
     PrimitiveEditor editor(document_);
+    for (const int64_t accessor : freed) editor.release(accessor);
     const size_t buffer = document_.buffers.size();
     // The buffer before it may be dropped, so its name and all else that is said of it stay with the new one.
     Json described = Json::object();

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <utility>
 
+#include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/condense_document.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_job.h"
@@ -264,12 +265,23 @@ std::string reason_to_leave(const Document& document, const SharingJobs& sharing
          " in patches; --patches and --patch-faces split it all the same";
 }
 
+constexpr const char* kTooSmallForCoarse = "so few faces that a coarse form would have them all";
+// Whether plain geometry would be stored twice if it was encoded.
+bool is_too_small_for_coarse(const Document& document, const EncodeDocumentOptions& options,
+                             const SharingJobs& sharing) {
+  return options.fallback == Fallback::kCoarse && !options.patches.always &&
+         std::ranges::all_of(sharing.jobs, [&](const EncodeJob* job) {
+           return job->face_count() <= kLeastCoarseFaces && !job->drops_attributes &&
+                  document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kPlain;
+         });
+}
+
 // Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
 // reason. Adds the others that may grow, because the user wants them, to `may_grow`.
 Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
                              std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
                              EncodeReports& reports) {
-  const bool with_fallback = options.fallback != Fallback::kNone;
+  const bool with_fallback = options.fallback == Fallback::kUncompressed;
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
       job.note_storage();
@@ -284,7 +296,8 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
           return job->drops_attributes ||
                  document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kPatches;
         });
-    const std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
+    std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
+    if (is_too_small_for_coarse(document, options, sharing)) reason = kTooSmallForCoarse;
     for (const EncodeJob* job : sharing.jobs)
       for (const PrimitiveId id : job->group.ids) reports[id].skipped = reason;
     if (is_wanted && !with_fallback) may_grow.push_back(sharing.sizes);
@@ -316,13 +329,10 @@ void report_spooled(const SpooledPoints& points, const EncodeJob& job, Primitive
     report.input_bytes += report.points * attribute.stride();
 }
 
-}  // namespace
-
-Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& wanted,
+Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const EncodeDocumentOptions& wanted,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress,
                                                        const OutOfCoreOptions& limits) {
-  if (Status status = document.check(); !status.ok()) return status;
   const bool repeats_points = document.spooled && document.spooled->are_repeated;
   EncodeDocumentOptions options = wanted;
   options.keep_duplicates = wanted.keep_duplicates && !repeats_points;
@@ -362,6 +372,25 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   if (!status.ok()) return status;
   warn_of_growth(may_grow, reports);
   return std::move(reports).list();
+}
+
+}  // namespace
+
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+                                                       const DecodeBackend& backend, const ThreadPool& pool,
+                                                       const Progress& progress,
+                                                       const OutOfCoreOptions& limits) {
+  if (Status status = document.check(); !status.ok()) return status;
+  if (options.fallback == Fallback::kCoarse && options.compat == Compat::kKhr)
+    return wrong_usage("coarse primitives are for loaders without patches, and Compat::kKhr writes none");
+  auto reports = encode_geometry(document, options, backend, pool, progress, limits);
+  if (!reports) return reports;
+  // Loaders of stock Draco would show the coarse primitives.
+  if (options.compat == Compat::kKhr) drop_coarse_primitives(document);
+  if (options.fallback != Fallback::kCoarse) return reports;
+  if (Status status = add_coarse_primitives(document, options.coarse_share, backend, pool); !status.ok())
+    return status;
+  return reports;
 }
 
 }  // namespace psplit

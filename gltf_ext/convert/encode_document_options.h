@@ -16,7 +16,14 @@ namespace psplit {
 
 // Which meshes share one quantization grid per attribute.
 enum class QuantizationVolume { kPrimitive, kMesh, kScene };
-enum class Fallback { kNone, kUncompressed };
+// What loaders without the extension find: nothing; the geometry itself, uncompressed; or coarse primitives
+// (see coarse_primitives.h).
+enum class Fallback { kNone, kUncompressed, kCoarse };
+// Of the faces of a mesh. The Dragon's coarse form then has 6 % of the bytes of its patches (docs/manual.md).
+inline constexpr double kCoarseShare = 0.005;
+// A mesh keeps at least so many faces, or a tenth if that is less. Primitives that have no more do not become
+// patches if there are to be coarse ones.
+inline constexpr uint64_t kLeastCoarseFaces = 100;
 // How patches are stored. kNone: stitched, in PSPLIT_mesh_draco_patches. kKhr: each as a primitive of its own
 // in KHR_draco_mesh_compression, which every loader of that extension opens; points on borders are then stored
 // more than once.
@@ -64,7 +71,8 @@ struct EncodeDocumentOptions {
   // Attributes that are left out, such as "TEXCOORD_1". kUsage if the asset needs one of them, as a texture its
   // coordinates.
   std::vector<std::string> skip{};
-  Fallback fallback = Fallback::kNone;
+  Fallback fallback = Fallback::kNone;  // kCoarse not with Compat::kKhr
+  double coarse_share = kCoarseShare;   // of the faces of a mesh that its coarse primitives have
   Compat compat = Compat::kNone;
   // Condense what is stored without it, if that makes the file smaller: fewer bytes, for loaders that decode
   // condensed streams. So patches share their tables, and a primitive that stays whole, or as it is in stock

@@ -76,9 +76,9 @@ EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   result.drop_degenerate = !options.keep_degenerate;
   // A patch of its own cannot store unused points.
   result.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
-  result.alone = options.compat == Compat::kKhr ? Alone::kAll
-                 : options.patches.always       ? Alone::kNone
-                                                : Alone::kWhole;
+  result.alone = options.compat == Compat::kKhr                                    ? Alone::kAll
+                 : options.patches.always || options.fallback == Fallback::kCoarse ? Alone::kNone
+                                                                                   : Alone::kWhole;
   result.condense_smallest = options.condense_smallest;
   result.verify = options.verify;
   return result;

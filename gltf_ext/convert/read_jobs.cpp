@@ -178,21 +178,6 @@ Status choose_position_bits(const Document& document, const EncodeDocumentOption
   return {};
 }
 
-// An extension that refers to points or faces of the primitive by index, or null: splitting changes indices.
-const char* order_dependent_extension(const Json& primitive) {
-  for (const char* name :
-       {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
-    if (extension_field(primitive, name) != nullptr) return name;
-  constexpr const char* kFeatures = "EXT_mesh_features";
-  const Json* features = extension_field(primitive, kFeatures);
-  const Json* ids = features == nullptr ? nullptr : array_field(*features, "featureIds");
-  if (ids == nullptr) return nullptr;
-  const bool any_by_place = std::any_of(ids->begin(), ids->end(), [](const Json& id) {
-    return field(id, "attribute") == nullptr && field(id, "texture") == nullptr;
-  });
-  return any_by_place ? kFeatures : nullptr;
-}
-
 // Whether elements are two padded columns. libdraco's values have no padding, and a VEC4 would not be a matrix.
 bool is_padded_pair_of_columns(const ElementLayout& layout) {
   return layout.columns == 2 && component_bytes(layout.component_type) == 1;
@@ -382,6 +367,20 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
 
 }  // namespace
 
+const char* order_dependent_extension(const Json& primitive) {
+  for (const char* name :
+       {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
+    if (extension_field(primitive, name) != nullptr) return name;
+  constexpr const char* kFeatures = "EXT_mesh_features";
+  const Json* features = extension_field(primitive, kFeatures);
+  const Json* ids = features == nullptr ? nullptr : array_field(*features, "featureIds");
+  if (ids == nullptr) return nullptr;
+  const bool any_by_place = std::any_of(ids->begin(), ids->end(), [](const Json& id) {
+    return field(id, "attribute") == nullptr && field(id, "texture") == nullptr;
+  });
+  return any_by_place ? kFeatures : nullptr;
+}
+
 std::set<std::string> metadata_attributes(const Json& json) {
   std::set<std::string> names;
   const Json* metadata = extension_field(json, "EXT_structural_metadata");
@@ -421,6 +420,8 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     const EncodeDocumentOptions own =
         with_share_of_patches(options, stated_size(document, id).faces, all_faces);
     Status status = check_grid(wanted, group, options.volume);
+    if (status.ok() && options.fallback == Fallback::kCoarse)
+      status = unsupported("does not fit into memory: only a mesh in memory can be simplified");
     Expected<std::optional<EncodeJob>> encoded = std::optional<EncodeJob>();
     if (status.ok()) encoded = encode_in_parts(document, group, own, limits, pool, progress, forget);
     if (status.ok()) status = encoded.status();

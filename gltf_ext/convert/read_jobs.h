@@ -15,6 +15,10 @@ namespace psplit {
 // The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
 std::set<std::string> metadata_attributes(const Json& json);
 
+// The name of an extension of the primitive whose data follow the order of points or faces; null if it has
+// none.
+const char* order_dependent_extension(const Json& primitive);
+
 inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones";
 
 struct EncodeJobs {

@@ -126,7 +126,10 @@ Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGr
   else
     store_in_memory(document, job, groups, extension,
                     with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere, editor);
-  if (status.ok()) list_extension(document, extension, !with_fallback);
+  const bool is_required = std::ranges::any_of(groups, [&](const PrimitiveGroup& group) {
+    return std::ranges::any_of(group.ids, [&](PrimitiveId id) { return !has_fallback(document, id); });
+  });
+  if (status.ok()) list_extension(document, extension, is_required);
   return status;
 }
 

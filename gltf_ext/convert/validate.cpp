@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "gltf_ext/document/linked_files.h"
+#include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "gltf_ext/primitive/view_in_place.h"
@@ -29,6 +30,7 @@ namespace {
 // fallback            accessors with data of their own hold the decoded data
 // attribute-extra     an attribute of the primitive is not in the patches (warning)
 // geometry            data outside of patches can be read: accessors, indices, stock Draco, morph targets
+// coarse              coarse primitives can be read, have as many morph targets, and are not in patches
 // linked-file         the file of an image or an extension exists, at a relative path (warning)
 //
 // gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification.
@@ -50,7 +52,7 @@ void check_lists(const Document& document, std::vector<Finding>& findings) {
   for (const PrimitiveId id : all_primitives(document)) {
     if (!has_patches(document, id)) continue;
     any = true;
-    any_without_fallback |= !document.records().has_plain_data(document.records().primitive(id));
+    any_without_fallback |= !has_fallback(document, id);
   }
   const bool used = lists(document.json(), "extensionsUsed", kExtensionName);
   const bool required = lists(document.json(), "extensionsRequired", kExtensionName);
@@ -69,6 +71,41 @@ std::vector<Finding> check_geometry(const Document& document, PrimitiveId id, co
   if (status.code() != StatusCode::kInvalidInput) return {};
   return {
       {"geometry", status.message(), Status(status).at(place_of(document, id)).place(), true, status.code()}};
+}
+
+// What loaders without the extension show. They see a copy of the document, in which the coarse primitives are
+// the only ones.
+std::vector<Finding> check_coarse(const Document& document, const DecodeBackend& backend,
+                                  const ThreadPool& pool) {
+  std::vector<Finding> findings;
+  std::vector<size_t> meshes;
+  const Json& json = document.json();
+  for (size_t i = 0; i < array_size(json, "meshes"); ++i)
+    if (other_primitives(json["meshes"][i]) != nullptr) meshes.push_back(i);
+  if (meshes.empty()) return {};
+  Document shown = document;
+  if (!exchange_primitives(shown.json()).ok()) return {};
+  for (const size_t mesh : meshes) shown.json()["meshes"][mesh]["extensions"].erase(kExtensionName);
+  if (const Status status = check_scene(shown); !status.ok())
+    return {{"coarse", "coarse: " + status.message(),
+             Status(status).at({.file = document.source.string()}).place()}};
+  for (const size_t mesh : meshes) {
+    const std::vector<PrimitiveRecord>& primitives = shown.records().meshes[mesh];
+    for (size_t p = 0; p < primitives.size(); ++p) {
+      const PrimitiveId id{mesh, p};
+      const auto report = [&](std::string message, StatusCode code = StatusCode::kInvalidInput) {
+        findings.push_back({"coarse", "coarse: " + std::move(message), place_of(document, id), true, code});
+      };
+      if (primitives[p].patches) report("is in patches");
+      const size_t targets = document.records().meshes[mesh].front().targets.size();
+      if (primitives[p].targets.size() != targets)
+        report(std::to_string(primitives[p].targets.size()) +
+               " morph targets, but the primitives that replace it have " + std::to_string(targets));
+      const Status status = primitives[p].patches ? Status() : check_readable(shown, id, backend, pool);
+      if (status.code() == StatusCode::kInvalidInput) report(status.message(), status.code());
+    }
+  }
+  return findings;
 }
 
 }  // namespace
@@ -113,6 +150,7 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
       finding.place.primitive = static_cast<int64_t>(id.second);
       findings.push_back(std::move(finding));
     }
+  std::ranges::move(check_coarse(document, backend, pool), std::back_inserter(findings));
   check_lists(document, findings);
   for (const LinkedFile& link : linked_files(document))
     if (std::string text = describe_dangling(link); !text.empty())

@@ -248,6 +248,15 @@ class RecordReader {
     return primitive;
   }
 
+  // Loaders without the extension show the coarse primitives. Nothing else reads them.
+  Status check_coarse(const Json& mesh) const {
+    const Json* coarse = other_primitives(mesh);
+    for (size_t i = 0; coarse != nullptr && i < coarse->size(); ++i)
+      if (const auto primitive = primitive_record((*coarse)[i]); !primitive)
+        return invalid_input(numbered("coarse primitive", i) + ": " + primitive.status().message());
+    return {};
+  }
+
   Status read_meshes() {
     for (size_t i = 0; i < array_size(json_, "meshes"); ++i) {
       Place place{.mesh = static_cast<int64_t>(i)};
@@ -261,6 +270,8 @@ class RecordReader {
         primitive->status = std::move(primitive->status).at(place);
         mesh.push_back(std::move(*primitive));
       }
+      place.primitive = -1;
+      if (Status status = check_coarse(json_["meshes"][i]); !status.ok()) return std::move(status).at(place);
     }
     return {};
   }

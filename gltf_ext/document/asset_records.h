@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/json/mesh_primitives.h"
 #include "src/container/decode_backend.h"
 
 namespace psplit {
 
-inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
 inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
 
 struct BufferRange {

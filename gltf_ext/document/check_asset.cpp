@@ -63,6 +63,7 @@ constexpr Reference kReferences[] = {
     {"skins[].joints[]", "nodes"},
     {"skins[].skeleton", "nodes"},
     {"meshes[].primitives[].material", "materials"},
+    {"meshes[].extensions.PSPLIT_mesh_draco_patches.primitives[].material", "materials"},
     {"materials[].pbrMetallicRoughness.baseColorTexture.index", "textures"},
     {"materials[].pbrMetallicRoughness.metallicRoughnessTexture.index", "textures"},
     {"materials[].normalTexture.index", "textures"},

@@ -14,6 +14,7 @@
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "gltf_ext/json/mesh_primitives.h"
 
 namespace psplit {
 
@@ -154,6 +155,7 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   document.json() = std::move(*json);
   if (!document.from_glb) file = {};
   if (Status status = check_members(document.json()); !status.ok()) return status;
+  if (Status status = exchange_primitives(document.json()); !status.ok()) return status;
   const Uris uris = take_uris(document, false);
   if (Status status = document.check(); !status.ok()) return status;
   if (Status status = check_scene(document); !status.ok()) return status;

@@ -59,6 +59,15 @@ void list_extension(Document& document, const char* name, bool required) {
   if (required) add_name(document.json(), "extensionsRequired", name);
 }
 
+void require_extension(Document& document, const char* name, bool required) {
+  const Json* used = array_field(document.json(), "extensionsUsed");
+  if (used == nullptr || std::find(used->begin(), used->end(), Json(name)) == used->end()) return;
+  if (required)
+    add_name(document.json(), "extensionsRequired", name);
+  else
+    remove_name(document.json(), "extensionsRequired", name);
+}
+
 std::optional<size_t> drop_extension(Document& document, const std::string& name) {
   std::set<int64_t> integers;
   const size_t count = remove_extension(document.json(), name, integers);

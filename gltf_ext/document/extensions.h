@@ -11,6 +11,10 @@ namespace psplit {
 // Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired.
 void list_extension(Document& document, const char* name, bool required);
 
+// Adds `name` to extensionsRequired if it is required, and removes it if it is not. No effect on a document
+// that does not use the extension.
+void require_extension(Document& document, const char* name, bool required);
+
 // Removes an extension from every object that has it, and from both lists, with the accessors and buffer views
 // that nothing else uses. Returns the number of objects; nothing if the document does not name the extension.
 std::optional<size_t> drop_extension(Document& document, const std::string& name);

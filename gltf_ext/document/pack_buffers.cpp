@@ -14,10 +14,13 @@ namespace {
 
 using Counts = std::map<int64_t, size_t>;
 
-// How often each accessor describes data that an extension of the same primitive stores compressed.
-Counts compressed_uses(const AssetRecords& records) {
+// How often each accessor describes data that an extension of the same primitive stores compressed, or belongs
+// to coarse primitives.
+Counts fallback_uses(const Document& document) {
   Counts uses;
-  for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
+  for_each_coarse_reference(document.json(),
+                            [&](const Json& index) { ++uses[integer_value(index).value_or(-1)]; });
+  for (const std::vector<PrimitiveRecord>& mesh : document.records().meshes)
     for (const PrimitiveRecord& primitive : mesh) {
       const DracoRecord* draco = primitive.draco();
       if (draco == nullptr || !draco->status.ok()) continue;
@@ -30,16 +33,16 @@ Counts compressed_uses(const AssetRecords& records) {
 // The views that only a fallback reads.
 std::set<int64_t> fallback_views(const Document& document) {
   const AssetRecords& records = document.records();
-  Counts accessor_uses, view_uses, fallback_uses;
+  Counts accessor_uses, view_uses, uses_of_views;
   for_each_accessor_reference(document.json(),
                               [&](const Json& index) { ++accessor_uses[integer_value(index).value_or(-1)]; });
   for_each_buffer_view_reference(document.json(),
                                  [&](const Json& index) { ++view_uses[integer_value(index).value_or(-1)]; });
-  for (const auto& [index, uses] : compressed_uses(records))
+  for (const auto& [index, uses] : fallback_uses(document))
     if (records.accessor(index).has_view() && accessor_uses[index] == uses)
-      ++fallback_uses[records.accessor(index).elements.view];
+      ++uses_of_views[records.accessor(index).elements.view];
   std::set<int64_t> views;
-  for (const auto& [index, uses] : fallback_uses) {
+  for (const auto& [index, uses] : uses_of_views) {
     const ViewRecord& view = records.view(index);
     if (view_uses[index] == uses && !view.meshopt && view.range.bytes > 0) views.insert(index);
   }
@@ -55,6 +58,7 @@ class Packer {
  public:
   Packer(const Document& document, bool fallback_apart) : document_(document) {
     packed_.json = document.json();
+    static_cast<void>(exchange_primitives(packed_.json));  // records were read, so both lists are there
     if (fallback_apart) apart_ = fallback_views(document);
     fallback_buffer_ = apart_.empty() ? 0 : 1;
   }

@@ -11,7 +11,8 @@
 namespace psplit {
 
 struct PackedDocument {
-  Json json;           // its "buffers" are the document's until list_buffers is called
+  // As a file has it, but for its "buffers": those are the document's until list_buffers is called.
+  Json json;
   PackedBuffer bytes;  // buffer 0
   // Buffer 1: data that a loader of compressed primitives never reads. Empty if it is not stored apart.
   PackedBuffer fallback;
@@ -22,7 +23,7 @@ struct PackedDocument {
 };
 
 // The parts of the result's buffers point into `document`. If `fallback_apart` is true, the uncompressed data
-// of compressed primitives goes into a buffer of its own.
+// of compressed primitives, and that of coarse ones, goes into a buffer of its own.
 PackedDocument pack_buffers(const Document& document, bool fallback_apart);
 
 // Writes json["buffers"], after all bytes were added. If there are no bytes, there are no buffers.

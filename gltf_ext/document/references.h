@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/mesh_primitives.h"
 
 namespace psplit {
 
@@ -23,30 +23,48 @@ void for_each_element(J& object, const char* name, Visit&& visit) {
   for (auto& value : *elements) visit(value);
 }
 
+template <AnyJson J, typename Visit>
+void visit_field(J& object, const char* name, Visit&& visit) {
+  if (J* found = field(object, name)) visit(*found);
+}
+
+// Calls visit(J& index) for the accessor indices of a list of primitives: json["primitives"].
+template <AnyJson J, typename Visit>
+void for_each_accessor_of_primitives(J& json, Visit&& visit) {
+  for_each_element(json, "primitives", [&](J& primitive) {
+    for_each_member(primitive, "attributes", visit);
+    visit_field(primitive, "indices", visit);
+    for_each_element(primitive, "targets", [&](J& target) {
+      if (!target.is_object()) return;
+      for (auto& value : target) visit(value);
+    });
+    if (J* outline = extension_field(primitive, "CESIUM_primitive_outline"))
+      visit_field(*outline, "indices", visit);
+  });
+}
+
+// Calls visit(J& index) for the accessor indices of coarse primitives, which are in the extension of their
+// mesh.
+template <AnyJson J, typename Visit>
+void for_each_coarse_reference(J& json, Visit&& visit) {
+  for_each_element(json, "meshes", [&](J& mesh) {
+    if (J* extension = extension_field(mesh, kExtensionName))
+      for_each_accessor_of_primitives(*extension, visit);
+  });
+}
+
 // Calls visit(J& index) for every accessor index.
 template <AnyJson J, typename Visit>
 void for_each_accessor_reference(J& json, Visit&& visit) {
-  const auto visit_field = [&](J& object, const char* name) {
-    if (J* found = field(object, name)) visit(*found);
-  };
-  for_each_element(json, "meshes", [&](J& mesh) {
-    for_each_element(mesh, "primitives", [&](J& primitive) {
-      for_each_member(primitive, "attributes", visit);
-      visit_field(primitive, "indices");
-      for_each_element(primitive, "targets", [&](J& target) {
-        if (!target.is_object()) return;
-        for (auto& value : target) visit(value);
-      });
-      if (J* outline = extension_field(primitive, "CESIUM_primitive_outline")) visit_field(*outline, "indices");
-    });
-  });
+  for_each_element(json, "meshes", [&](J& mesh) { for_each_accessor_of_primitives(mesh, visit); });
+  for_each_coarse_reference(json, visit);
   for_each_element(json, "animations", [&](J& animation) {
     for_each_element(animation, "samplers", [&](J& sampler) {
-      visit_field(sampler, "input");
-      visit_field(sampler, "output");
+      visit_field(sampler, "input", visit);
+      visit_field(sampler, "output", visit);
     });
   });
-  for_each_element(json, "skins", [&](J& skin) { visit_field(skin, "inverseBindMatrices"); });
+  for_each_element(json, "skins", [&](J& skin) { visit_field(skin, "inverseBindMatrices", visit); });
   for_each_element(json, "nodes", [&](J& node) {
     if (J* instances = extension_field(node, "EXT_mesh_gpu_instancing"))
       for_each_member(*instances, "attributes", visit);

@@ -37,8 +37,8 @@ struct WriteReport {
 // The file appears whole or not at all: it is written under another name and then renamed. A .bin is named
 // after its content, so that a .gltf and its .bin change together. If a .gltf is replaced, its old .bin files
 // are removed, unless `document` was read from it. All buffers become one. A .gltf gets a second buffer for
-// data that only the fallback of compressed primitives uses. No other file is replaced: if the name of a copied
-// image is taken, the copy is named after its content. Errors: kUsage, kIo, kUnsupported.
+// data that only the fallback of compressed primitives, or coarse ones, use. No other file is replaced: if the
+// name of a copied image is taken, the copy is named after its content. Errors: kUsage, kIo, kUnsupported.
 PSPLIT_EXPORT Status write_document(const Document& document, const std::filesystem::path& path,
                                     const WriteOptions& options = {}, WriteReport* report = nullptr);
 

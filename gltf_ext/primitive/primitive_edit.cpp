@@ -49,6 +49,15 @@ const Json& primitive_json(const Document& document, PrimitiveId id) {
   return document.json()["meshes"][id.mesh]["primitives"][id.primitive];
 }
 
+bool has_fallback(const Document& document, PrimitiveId id) {
+  if (document.records().has_plain_data(document.records().primitive(id))) return true;
+  const Json* coarse = other_primitives(document.json()["meshes"][id.mesh]);
+  return coarse != nullptr && std::none_of(coarse->begin(), coarse->end(), [](const Json& primitive) {
+           return extension_field(primitive, kExtensionName) != nullptr ||
+                  extension_field(primitive, kStockExtensionName) != nullptr;
+         });
+}
+
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
                          std::span<const AttributeRequest> requests) {
   Json attributes = Json::object();
@@ -65,8 +74,8 @@ void set_draco_extension(Document& document, const PrimitiveGroup& group, const 
 void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids, const char* from,
                             const char* to) {
   if (ids.empty()) return;
-  const bool all_have_fallbacks = std::ranges::all_of(
-      ids, [&](PrimitiveId id) { return document.records().has_plain_data(document.records().primitive(id)); });
+  const bool all_have_fallbacks =
+      std::ranges::all_of(ids, [&](PrimitiveId id) { return has_fallback(document, id); });
   for (const PrimitiveId id : ids) {
     Json& extensions = primitive_json(document, id)["extensions"];
     Json moved = std::move(extensions[from]);

@@ -23,13 +23,17 @@ std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
 Json& primitive_json(Document& document, PrimitiveId id);
 const Json& primitive_json(const Document& document, PrimitiveId id);
 
+// Whether a loader without the Draco extensions of a primitive finds something else: its data in buffer views,
+// or coarse primitives of the mesh.
+bool has_fallback(const Document& document, PrimitiveId id);
+
 // Makes the container or stream in a buffer view the extension `name` of the group's primitives. Replaces any
 // Draco extension that they had.
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
                          std::span<const AttributeRequest> requests);
 
 // Gives the primitives' extension `from`, one of the two, the name `to`, and lists it: as required unless all
-// of them have uncompressed geometry as well.
+// of them have a fallback.
 void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids, const char* from,
                             const char* to);
 

@@ -121,6 +121,10 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
   std::vector<ModelGeometry> geometries;
   std::map<Key, size_t> known;
   for (size_t m = 0; m < model.meshes.size(); ++m)
+    if (model.meshes[m].extensions.contains(kPatchesExtension))
+      return invalid_input("has coarse primitives in place of its own: prepare_for_tinygltf replaces them",
+                           Place{.mesh = static_cast<int64_t>(m)});
+  for (size_t m = 0; m < model.meshes.size(); ++m)
     for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
       auto extension = primitive.extensions.find(kPatchesExtension);

@@ -6,6 +6,7 @@
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/tinygltf/model_geometry.h"
 
 namespace psplit {
@@ -30,6 +31,19 @@ bool lend_views(Json& json) {
     }
   }
   return lent;
+}
+
+// Gives meshes with coarse primitives those that replace them. Returns whether there are such meshes.
+Expected<bool> replace_coarse(Json& json) {
+  if (Status status = exchange_primitives(json); !status.ok()) return status;
+  bool replaced = false;
+  Json* meshes = array_field(json, "meshes");
+  for (size_t m = 0; meshes != nullptr && m < meshes->size(); ++m) {
+    if (other_primitives((*meshes)[m]) == nullptr) continue;
+    (*meshes)[m]["extensions"].erase(kExtensionName);
+    replaced = true;
+  }
+  return replaced;
 }
 
 #ifndef TINYGLTF_NO_FS
@@ -72,7 +86,9 @@ Status prepare_for_tinygltf(std::vector<unsigned char>& file) {
   if (std::none_of(std::begin(kDracoExtensions), std::end(kDracoExtensions), is_named)) return {};
   Expected<Json> json = parse_json(text);
   if (!json) return json.status();
-  if (!lend_views(*json)) return {};
+  const Expected<bool> replaced = replace_coarse(*json);
+  if (!replaced) return replaced.status();
+  if (!lend_views(*json) && !*replaced) return {};
   std::string edited = json->dump();
   if (!is_glb(file)) {
     file.assign(edited.begin(), edited.end());

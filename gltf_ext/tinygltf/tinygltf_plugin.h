@@ -10,7 +10,8 @@
 // (2.7, and other versions without a decoder of their own) refuses such primitives. The callbacks read files as
 // tinygltf's own do, and give such indices the extension's view before the JSON is parsed. For a file in
 // memory, or with callbacks of your own, call prepare_for_tinygltf instead. Indices with a borrowed view are
-// garbage until decode_model.
+// garbage until decode_model. Meshes with coarse primitives, for loaders without the extension, get those that
+// replace them; the data of the coarse ones stays, unused.
 //
 // A tinygltf built with TINYGLTF_ENABLE_DRACO decodes KHR_draco_mesh_compression on one thread while it parses.
 // decode_model then decodes it again, and its result replaces tinygltf's.

@@ -161,7 +161,8 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
 
     Args:
         gltf: the JSON of the asset.
-        primitive: one of `gltf["meshes"][i]["primitives"]`.
+        primitive: one of `gltf["meshes"][i]["primitives"]`; if the mesh has the extension PSPLIT_mesh_draco_patches, one of the
+            extension's primitives.
         buffer_view: returns the bytes of a buffer view, given its index.
         threads: at most so many threads; 0: all of the machine.
 

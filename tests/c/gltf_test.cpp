@@ -167,6 +167,28 @@ TEST(CGltf, PrimitivesOfBothExtensionsAreOpened) {
   EXPECT_EQ(std::string(error.text).substr(0, 21), "mesh 1, primitive 0: ");
 }
 
+TEST(CGltf, CoarsePrimitivesAreReplaced) {
+  File file;
+  const std::string fine = file.json.substr(file.json.rfind(R"(,{"primitives":)") + 1);
+  ASSERT_TRUE(fine.ends_with("]}]}"));
+  const auto with = [&](const std::string& extension) {
+    File changed = file;
+    const size_t at = changed.json.size() - fine.size();
+    changed.json.replace(at, fine.size(),
+                         R"({"primitives":[{"attributes":{"POSITION":0}},{"attributes":{"POSITION":0}}],)"
+                         R"("extensions":{"PSPLIT_mesh_draco_patches":)" +
+                             extension + "}}]}");
+    return open_gltf(changed.glb(), PSPLIT_COPY);
+  };
+  const OpenedGltf opened = with(fine.substr(0, fine.size() - 2));
+  ASSERT_EQ(opened.code, PSPLIT_OK) << opened.error.text;
+  EXPECT_EQ(psplit_gltf_primitive_count(opened.gltf.get(), 1), 1u);
+  expect_mesh(open_primitive(opened.gltf.get(), 1, 0), gltf_sample().stock.requests,
+              gltf_sample().stock.decoded);
+  for (const char* broken : {"null", "{}", R"({"primitives":[]})", R"({"primitives":[0]})"})
+    EXPECT_EQ(with(broken).code, PSPLIT_ERROR_INVALID_INPUT) << broken;
+}
+
 TEST(CGltf, TheCallerGivesTheBytesOfUris) {
   const File file("b%20c.bin");
   const OpenedGltf opened = open_gltf(file.gltf());

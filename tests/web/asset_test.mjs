@@ -108,6 +108,15 @@ test('a fallback is read if the patches are of a newer version', async () => {
   assert.deepEqual(Object.keys(fallback.attributes), Object.keys(whole.attributes));
 });
 
+test('coarse primitives are not read', async () => {
+  const glb = new Uint8Array(readFileSync(sample('coarse.glb'))), text = Buffer.from(glb).toString('latin1');
+  const without = (json) => decodeGlb(Buffer.from(text.replace(...json), 'latin1'));
+  assert.equal((await decodeGlb(glb)).primitives.length, 1);
+  // As many bytes in place of the list of primitives.
+  await assert.rejects(without(['"PSPLIT_mesh_draco_patches":{"primitives":', '"PSPLIT_mesh_draco_patches":{"primitiveS":']),
+    { ...kInvalid, message: 'mesh 0: PSPLIT_mesh_draco_patches of a mesh has no list of primitives' });
+});
+
 test('any bytes give an asset or a PsplitError', async () => {
   const random = random_numbers(3);
   for (const glb of [glb_of(), draco_glb([...streams()][0][1]), new Uint8Array(readFileSync(sample('seams.glb')))])

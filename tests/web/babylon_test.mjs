@@ -72,7 +72,7 @@ async function prepare() {
 
 // The assets are samples, a large mesh, and assets of the corpus with normals, texture coordinates, colours, skins, morph targets
 // and quantized attributes. gltf-psplit encodes them, and decodes them for the comparison.
-const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'seams.glb']
+const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'seams.glb', 'coarse.glb']
   .map((name) => ({ name, encoded: path.join(samples, name) }));
 if (gltf_psplit !== null) {
   const mesh = path.join(folder, 'mesh.glb'), encoded = path.join(folder, 'large.glb');

@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { compressed_primitives, corpus_folder, files_below, gltf_psplit, modules_folder, package_folder, psplit, read_asset, root } from './load.mjs';
+import { compressed_primitives, corpus_folder, files_below, fine_primitives, gltf_psplit, modules_folder, package_folder, psplit, read_asset, root } from './load.mjs';
 
 const require_module = createRequire(path.join(modules_folder, 'package.json'));
 const load = (name) => import(pathToFileURL(path.join(modules_folder, `node_modules/${name}`)));
@@ -42,7 +42,7 @@ const geometry = (document) => primitives_of(document).map((primitive) => [primi
 // The containers of a file, in the order of primitives.
 function containers(file) {
   const { json, view_bytes } = read_asset(file);
-  return (json.meshes ?? []).flatMap((mesh) => mesh.primitives).map((primitive) => primitive.extensions?.[kName])
+  return (json.meshes ?? []).flatMap(fine_primitives).map((primitive) => primitive.extensions?.[kName])
     .map((stored) => stored && Buffer.from(view_bytes(stored.bufferView)).toString('base64'));
 }
 async function written(io, document, name = 'out.glb') {
@@ -54,7 +54,7 @@ const native = (...arguments_) => execFileSync(gltf_psplit, arguments_, { stdio:
 const needs_tool = { skip: gltf_psplit === null && 'there is no gltf-psplit' };
 
 test('samples have the arrays of decodeContainer', async () => {
-  for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'fallback.gltf']) {
+  for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'coarse.glb', 'fallback.gltf']) {
     const { io, warnings } = make_io(), document = await io.read(sample(name));
     const [{ bytes, attributes }] = compressed_primitives(sample(name), kName), primitive = first_primitive(document);
     const mesh = await psplit.decodeContainer(bytes, { attributes });
@@ -111,6 +111,49 @@ test('what did not change is written byte for byte', async () => {
     for (const accessor of json.accessors) assert.equal(accessor.bufferView, undefined);
     assert.deepEqual(warnings(), []);
   }
+});
+
+// The coarse primitives of the first mesh, as a reader without the extension finds them.
+const coarse_of = async (file) => {
+  const { json } = read_asset(file), { extensions, ...mesh } = json.meshes[0];
+  assert.ok(extensions[kName].primitives.length > 0);
+  const whole = await make_io({}).io.readAsJSON(file);
+  whole.json = { ...json, meshes: [mesh], extensionsUsed: [] };
+  return geometry(await new NodeIO().readJSON(whole));
+};
+test('coarse primitives are kept', async () => {
+  for (const name of ['coarse.glb', 'out.gltf']) {
+    const { io, warnings } = make_io(), document = await io.read(sample('coarse.glb'));
+    const file = await written(io, document, name), { json } = read_asset(file);
+    assert.deepEqual(containers(file), containers(sample('coarse.glb')));
+    assert.deepEqual(geometry(await io.read(file)), geometry(document));
+    assert.deepEqual(await coarse_of(file), await coarse_of(sample('coarse.glb')));
+    assert.equal(json.extensionsRequired, undefined);
+    const [fine] = fine_primitives(json.meshes[0]);
+    for (const accessor of [fine.indices, ...Object.values(fine.attributes)]) assert.equal(json.accessors[accessor].bufferView, undefined);
+    assert.deepEqual(warnings(), []);
+    // The JSON that was read is as it was, also if it is read again.
+    const whole = await io.readAsJSON(file), before = JSON.stringify(whole.json);
+    await io.readJSON(whole);
+    assert.equal(JSON.stringify(whole.json), before);
+  }
+});
+
+test('without a decoder, coarse primitives are read', async () => {
+  const { io, warnings } = make_io({}), document = await io.read(sample('coarse.glb'));
+  assert.deepEqual(geometry(document), await coarse_of(sample('coarse.glb')));
+  assert.match(warnings()[0], /the fallback is read, and containers are not kept/);
+  const { json } = read_asset(await written(io, document));
+  assert.equal(json.meshes[0].extensions, undefined);
+  assert.ok(!json.extensionsUsed?.includes(kName));
+});
+
+test('coarse primitives go with the last container of their mesh', async () => {
+  const { io, warnings } = make_io(), document = await io.read(sample('coarse.glb'));
+  first_primitive(document).getAttribute('POSITION').getArray()[0] += 1;
+  const { json } = read_asset(await written(io, document));
+  assert.equal(json.meshes[0].extensions, undefined);
+  assert.match(warnings()[0], /POSITION changed/);
 });
 
 test('a fallback stays a fallback', async () => {
@@ -172,9 +215,8 @@ const kTransforms = {
   }, /another extension writes it/],
 };
 for (const [name, [transform, expected]] of Object.entries(kTransforms))
-  test(`after ${name}`, async () => {
+  for (const asset of ['seams.glb', 'coarse.glb'].map(sample)) test(`${path.basename(asset)} after ${name}`, async () => {
     await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
-    const asset = sample('seams.glb');
     const { io, warnings } = make_io();
     let document = await io.read(asset);
     const result = await transform(document);

@@ -65,10 +65,13 @@ export function read_asset(file) {
 const kTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
 const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 
+// The primitives of a mesh, also if its own are coarse ones.
+export const fine_primitives = (mesh) => mesh.extensions?.PSPLIT_mesh_draco_patches?.primitives ?? mesh.primitives;
+
 // The primitives of an asset that an extension compresses: their bytes, and the attributes that they declare.
 export function compressed_primitives(file, extension) {
   const { json, view_bytes } = read_asset(file);
-  return (json.meshes ?? []).flatMap((mesh) => mesh.primitives).flatMap((primitive) => {
+  return (json.meshes ?? []).flatMap(fine_primitives).flatMap((primitive) => {
     const compressed = primitive.extensions?.[extension];
     if (compressed === undefined) return [];
     const attributes = Object.entries(compressed.attributes).map(([name, uniqueId]) => {

@@ -20,7 +20,7 @@ const geometry_of = async (gltf) => (await geometries_of(gltf)).get('mesh 0, pri
 const drawn = ({ index: { array } }) => array.reduce((sum, point, i) => sum + (i % 3 === 0 && (point | array[i + 1] | array[i + 2]) !== 0 ? 1 : 0), 0);
 
 test('the samples are those that the plugin loads', async () => {
-  const names = ['patches.glb', 'condensed.glb', 'seams.glb', 'residue.glb', 'fallback.gltf'];
+  const names = ['patches.glb', 'condensed.glb', 'seams.glb', 'residue.glb', 'coarse.glb', 'fallback.gltf'];
   const files = Object.fromEntries([...names, 'fallback.3017754ff5302130.bin', 'fallback.96bccec7e0ab550e.bin']
     .map((name) => [`/${name}`, () => in_chunks(readFileSync(path.join(samples, name)), () => 5000, 1)]));
   const { origin } = await serve_slowly(files);

@@ -70,6 +70,18 @@ test('samples', async () => {
   }
 });
 
+test('coarse primitives are for loaders without the plugin', async () => {
+  const { json } = sample('coarse.glb'), [{ primitives: [coarse], extensions }] = json.meshes;
+  const stock = await geometry_of(await make_loader().parseAsync(JSON.stringify(json), ''));
+  assert.equal(stock.index.count, json.accessors[coarse.indices].count);
+  assert.ok(stock.index.count < json.accessors[extensions[kExtension].primitives[0].indices].count / 2);
+  assert_sample('coarse.glb', await geometry_of(await parse(json)));
+  for (const broken of [null, 0, {}, { primitives: 7 }, { primitives: [] }]) {
+    extensions[kExtension] = broken;
+    await assert.rejects(parse(json), { code: 'invalid-input', message: /mesh 0: PSPLIT_mesh_draco_patches of a mesh has no list of primitives/ });
+  }
+});
+
 test('a pool of the plugin', async () => {
   const loader = new GLTFLoader().register((parser) => new PsplitPlugin(parser));
   assert_sample('patches.glb', await geometry_of(await loader.parseAsync(buffer_of(readFileSync(path.join(samples, 'patches.glb'))), '')));

@@ -2,7 +2,7 @@
 import { ArrivingBytes, fetched } from './arriving.js';
 import { as_psplit_error, PsplitError } from './error.js';
 import { choice } from './files.js';
-import { check_counts, kExtensionName, stored_primitive } from './gltf.js';
+import { check_counts, kExtensionName, stored_primitive, use_fine_meshes } from './gltf.js';
 
 const kGlb = 0x46546c67, kContainer = 0x4c505350, kJsonChunk = 0x4e4f534a, kChunkHeader = 8, kGlbHeader = 12;
 const invalid = (message) => new PsplitError(message, 'invalid-input');
@@ -70,6 +70,7 @@ export class ArrivingAsset {
     if (this.json === null) return [{ view: null, uses: [{}] }];
     const by_key = new Map();
     try {
+      use_fine_meshes(this.json);
       for (const [mesh, { primitives }] of (this.json.meshes ?? []).entries())
         for (const [number, primitive] of primitives.entries()) this.#add_container(by_key, primitive, { mesh, primitive: number });
     } catch (error) {

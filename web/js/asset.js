@@ -1,7 +1,7 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
 import { as_psplit_error, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive }
-  from './gltf.js';
+import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive,
+  use_fine_meshes } from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
 import { bytes_of, signal_of } from './job.js';
 import { is_node, node_module } from './node.js';
@@ -70,6 +70,7 @@ class Asset {
   }
 
   async primitives() {
+    use_fine_meshes(this.#json);
     const places = (this.#json.meshes ?? []).flatMap(({ name, primitives }, m) =>
       primitives.map((definition, p) => [definition, m, p, name === undefined ? '' : ` "${name}"`]));
     return Promise.all(places.map(async ([definition, m, p, name]) => {

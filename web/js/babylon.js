@@ -3,7 +3,7 @@
 // for an asset that is not compressed.
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive } from './gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive, use_fine_meshes } from './gltf.js';
 import { GrowingMesh } from './growing_mesh.js';
 import { signal_of } from './job.js';
 import { createPool } from './pool.js';
@@ -159,6 +159,7 @@ class PatchesLoader {
 
   onLoading() {
     const { gltf } = this.#loader, containers = new Map();
+    use_fine_meshes(gltf);
     (gltf.meshes ?? []).forEach(({ primitives }, m) => primitives.forEach((primitive, p) => {
       const place = `/meshes/${m}/primitives/${p}`;
       try {

@@ -19,7 +19,8 @@ export function decodeAhead(document: JSONDocument, pool: Pool, options?: { sign
 /**
  * Reads containers. Writes those that were read and whose geometry did not change since, byte for byte; other geometry is
  * written without compression, and the logger says why. If the extension is not required (`setRequired(false)`), the output also
- * has the uncompressed geometry, as a fallback.
+ * has the uncompressed geometry, as a fallback, unless the mesh has coarse primitives. These are kept, but for extensions on them,
+ * while the mesh has a container.
  */
 export class PsplitMeshDracoPatches extends Extension {
   static readonly EXTENSION_NAME: 'PSPLIT_mesh_draco_patches';

@@ -1,8 +1,8 @@
 // The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers. There is no encoder in WebAssembly, so it
 // writes the containers that it read and whose geometry did not change since. Other geometry is written without the extension.
-import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType } from '@gltf-transform/core';
+import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType, RefList } from '@gltf-transform/core';
 import { error_from_data, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, stored_primitive } from './gltf.js';
+import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, stored_primitive } from './gltf.js';
 import { Decoder } from './instance.js';
 import { make_job } from './job.js';
 import { compile_module } from './module.js';
@@ -15,7 +15,7 @@ export async function createDecoder(options) {
 
 // Calls work(definition of the primitive, what it stores, numbers of mesh and primitive). Errors get the place in the asset.
 function for_each_stored_primitive(json, work) {
-  (json.meshes ?? []).forEach((mesh, m) => mesh.primitives.forEach((primitive, p) => {
+  (json.meshes ?? []).forEach((mesh, m) => fine_mesh(mesh, m).primitives.forEach((primitive, p) => {
     try {
       const stored = stored_primitive(json, primitive);
       if (stored !== undefined) work(primitive, stored, m, p);
@@ -77,6 +77,54 @@ class PatchContainer extends ExtensionProperty {
   }
 }
 
+// The coarse primitives of a mesh, for loaders that do not support the extension. They are written as they were read, while
+// the mesh has a container.
+class CoarsePrimitives extends ExtensionProperty {
+  static EXTENSION_NAME = kExtensionName;
+
+  init() {
+    this.extensionName = kExtensionName;
+    this.propertyType = kCoarse;
+    this.parentTypes = [PropertyType.MESH];
+  }
+  getDefaults() {
+    return Object.assign(super.getDefaults(), { primitives: new RefList() });
+  }
+  add(primitive) {
+    return this.addRef('primitives', primitive);
+  }
+  list() {
+    return this.listRefs('primitives');
+  }
+}
+const kCoarse = 'CoarsePrimitives';
+
+// As glTF-Transform reads and writes the primitives of meshes.
+function read_primitive(document, context, { attributes = {}, indices, material, mode, targets = [], extras }, names = []) {
+  const primitive = document.createPrimitive();
+  for (const [name, accessor] of Object.entries(attributes)) primitive.setAttribute(name, context.accessors[accessor]);
+  if (indices !== undefined) primitive.setIndices(context.accessors[indices]);
+  if (material !== undefined) primitive.setMaterial(context.materials[material]);
+  if (mode !== undefined) primitive.setMode(mode);
+  if (extras !== undefined) primitive.setExtras(extras);
+  targets.forEach((of_target, t) => {
+    const target = document.createPrimitiveTarget(names[t] ?? String(t));
+    for (const [name, accessor] of Object.entries(of_target)) target.setAttribute(name, context.accessors[accessor]);
+    primitive.addTarget(target);
+  });
+  return primitive;
+}
+function write_primitive(context, primitive) {
+  const indices = primitive.getIndices(), material = primitive.getMaterial(), extras = primitive.getExtras();
+  const numbers_of = (of) => Object.fromEntries(
+    of.listSemantics().map((name) => [name, context.accessorIndexMap.get(of.getAttribute(name))]));
+  return { attributes: numbers_of(primitive), mode: primitive.getMode(),
+    ...(indices !== null && { indices: context.accessorIndexMap.get(indices) }),
+    ...(material !== null && { material: context.materialIndexMap.get(material) }),
+    ...(primitive.listTargets().length > 0 && { targets: primitive.listTargets().map(numbers_of) }),
+    ...(Object.keys(extras).length > 0 && { extras }) };
+}
+
 function equal_bytes(a, b) {
   if (a.byteLength !== b.byteLength) return false;
   const [left, right] = [a, b].map((array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
@@ -88,11 +136,12 @@ export class PsplitMeshDracoPatches extends Extension {
   static EXTENSION_NAME = kExtensionName;
 
   extensionName = kExtensionName;
-  prereadTypes = [PropertyType.PRIMITIVE];
+  prereadTypes = [PropertyType.MESH, PropertyType.PRIMITIVE];
   prewriteTypes = [PropertyType.ACCESSOR];
   readDependencies = ['psplit.decoder'];
   writeDependencies = ['psplit.decoder'];
   #decoder;
+  #own_meshes;            // of the JSON that is being read
   #read_primitives = [];  // { m, p, container, accessors: [[name, accessor]] }; the name of indices is undefined
 
   install(key, dependency) {
@@ -100,8 +149,27 @@ export class PsplitMeshDracoPatches extends Extension {
     return this;
   }
 
+  preread(context, type) {
+    return type === PropertyType.MESH ? this.#choose_primitives(context) : this.#preread_primitives(context);
+  }
+
+  // What cannot be decoded stays in its coarse form. The reader gets the JSON's own meshes back.
+  #choose_primitives({ jsonDoc: { json } }) {
+    const is_ahead = ({ extensions }) => extensions?.[kExtensionName] === undefined || decoded_ahead.has(extensions[kExtensionName]);
+    let is_coarse = false;
+    this.#own_meshes = json.meshes;
+    json.meshes = json.meshes?.map((mesh, m) => {
+      const fine = fine_mesh(mesh, m);
+      if (fine === mesh || this.#decoder !== undefined || fine.primitives.every(is_ahead)) return fine;
+      is_coarse = true;
+      return { ...mesh, extensions: fine.extensions };
+    });
+    if (is_coarse) this.#read_fallback();
+    return this;
+  }
+
   // Gives accessors the decoded arrays.
-  preread(context) {
+  #preread_primitives(context) {
     const { json } = context.jsonDoc;
     const stored_in = new Map();      // by buffer view and attributes: { container, mesh }
     const mesh_of_accessor = new Map();
@@ -143,6 +211,15 @@ export class PsplitMeshDracoPatches extends Extension {
   }
 
   read(context) {
+    const { json } = context.jsonDoc;
+    for (const [m, mesh] of context.meshes.entries()) {
+      const own = this.#own_meshes[m], is_fine = own.extensions?.[kExtensionName]?.primitives === json.meshes[m].primitives;
+      if (!is_fine) continue;
+      const coarse = new CoarsePrimitives(this.document.getGraph());
+      for (const definition of own.primitives) coarse.add(read_primitive(this.document, context, definition, own.extras?.targetNames));
+      mesh.setExtension(kExtensionName, coarse);
+    }
+    if (this.#own_meshes !== undefined) json.meshes = this.#own_meshes;
     for (const { m, p, container, accessors } of this.#read_primitives) {
       const primitive = context.meshes[m].listPrimitives()[p].setExtension(kExtensionName, container);
       for (const [name, accessor] of accessors) {
@@ -174,8 +251,8 @@ export class PsplitMeshDracoPatches extends Extension {
         'package has no encoder: gltf-psplit encode makes patches again.');
     }
     take_back_from_draco(context, kept);
-    // If loaders may ignore the extension, the accessors keep their data as the fallback.
-    if (this.isRequired()) this.#write_accessors(context, kept);
+    // If loaders may ignore the extension, the accessors keep their data as the fallback, unless there are coarse primitives.
+    this.#write_accessors(context, new Map([...kept].filter(([primitive]) => this.isRequired() || has_coarse(primitive))));
     for (const [primitive, container] of kept) this.#add_buffer_view(context, primitive, container);
     context.extensionData[kExtensionName] = kept;
     return this;
@@ -245,6 +322,10 @@ export class PsplitMeshDracoPatches extends Extension {
           present_attributes(primitive, container).map(({ name, uniqueId }) => [name, uniqueId]));
         definition.extensions = { ...definition.extensions, [kExtensionName]: { bufferView: view, attributes } };
       });
+      const coarse = mesh.getExtension(kExtensionName), definition = json.meshes[m];
+      if (coarse === null || !mesh.listPrimitives().some((primitive) => kept.has(primitive))) continue;
+      definition.extensions = { ...definition.extensions, [kExtensionName]: { primitives: definition.primitives } };
+      definition.primitives = coarse.list().map((primitive) => write_primitive(context, primitive));
     }
     if (kept.size > 0) return this;
     for (const list of ['extensionsUsed', 'extensionsRequired']) json[list] = json[list].filter((name) => name !== kExtensionName);
@@ -277,6 +358,8 @@ function take_back_from_draco(context, kept) {
 // The attributes of a container that the primitive has. Others were removed: they stay in the container, but are not read.
 const present_attributes = (primitive, { attributes }) => attributes.map((attribute) =>
   ({ ...attribute, accessor: primitive.getAttribute(attribute.name) })).filter(({ accessor }) => accessor !== null);
-const is_in_mesh = (primitive) => primitive.listParents().some((parent) => parent.propertyType === PropertyType.MESH);
+const is_in_mesh = (primitive) => primitive.listParents().some((parent) => [PropertyType.MESH, kCoarse].includes(parent.propertyType));
+const has_coarse = (primitive) => primitive.listParents().every((parent) =>
+  parent.propertyType !== PropertyType.MESH || parent.getExtension(kExtensionName) !== null);
 const used_by_mesh = (container) => container.listParents().some((parent) =>
   parent.propertyType === PropertyType.PRIMITIVE && is_in_mesh(parent));

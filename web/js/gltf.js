@@ -34,6 +34,19 @@ function accessor_of(json, holder, name) {
   return accessor;
 }
 
+/** The mesh with the primitives of its extension in place of coarse ones, which are for other loaders. */
+export function fine_mesh(mesh, number) {
+  const { [kExtensionName]: stored, ...extensions } = mesh.extensions ?? {};
+  if (stored === undefined) return mesh;
+  if (!Array.isArray(stored?.primitives) || stored.primitives.length === 0)
+    throw invalid(`mesh ${number}: ${kExtensionName} of a mesh has no list of primitives`);
+  return { ...mesh, extensions, primitives: stored.primitives };
+}
+/** Gives all meshes of an asset these primitives, in place. */
+export function use_fine_meshes(json) {
+  if (json.meshes !== undefined) json.meshes = json.meshes.map(fine_mesh);
+}
+
 /**
  * The container's buffer view, and the attributes to decode. Undefined if the primitive does not have the extension.
  * @returns {{ bufferView: number, attributes: import('./index.js').AttributeRequest[] } | undefined}

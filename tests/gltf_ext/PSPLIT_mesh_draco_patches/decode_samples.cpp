@@ -129,7 +129,10 @@ int main(int argc, char** argv) try {
   if (argc != 3) fail("usage: decode_samples ASSET FOLDER");
   const Asset asset(argv[1]);
   for (size_t m = 0; m < asset.json.at("meshes").size(); ++m) {
-    const Json& primitives = asset.json.at("meshes").at(m).at("primitives");
+    // The primitives of the mesh's extension replace coarse ones.
+    const Json& mesh = asset.json.at("meshes").at(m);
+    const auto path = Json::json_pointer("/extensions/PSPLIT_mesh_draco_patches/primitives");
+    const Json& primitives = mesh.contains(path) ? mesh.at(path) : mesh.at("primitives");
     for (size_t p = 0; p < primitives.size(); ++p) {
       const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(asset.source(primitives.at(p)));
       expect(primitive.status());

@@ -25,7 +25,8 @@ function load(file) {
     new Uint8Array(uri.startsWith('data:') ? Buffer.from(uri.split(',')[1], 'base64')
       : readFileSync(path.join(path.dirname(file), decodeURIComponent(uri)))));
 }
-const primitives_of = (asset) => asset.json.meshes.flatMap((mesh) => mesh.primitives);
+const primitives_of = (asset) => asset.json.meshes.flatMap(
+  (mesh) => mesh.extensions?.PSPLIT_mesh_draco_patches?.primitives ?? mesh.primitives);
 const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
 const same = (a, b) => Buffer.compare(Buffer.from(a.buffer, a.byteOffset, a.byteLength),
   Buffer.from(b.buffer, b.byteOffset, b.byteLength)) === 0;

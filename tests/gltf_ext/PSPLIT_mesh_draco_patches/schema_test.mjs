@@ -27,8 +27,18 @@ const gltf_property = {
 };
 const schema = JSON.parse(
   readFileSync(path.join(specification, `schema/mesh.primitive.${kName}.schema.json`), 'utf8'));
+const gltf_primitive = {
+  $schema: gltf_property.$schema,
+  $id: 'mesh.primitive.schema.json',
+  type: 'object',
+  properties: { attributes: { type: 'object', minProperties: 1 }, indices: { type: 'integer', minimum: 0 } },
+  required: ['attributes'],
+};
 const ajv = new Ajv({ allErrors: true });
 ajv.addSchema(gltf_property);
+ajv.addSchema(gltf_primitive);
+const mesh_schema = JSON.parse(readFileSync(path.join(specification, `schema/mesh.${kName}.schema.json`), 'utf8'));
+const mesh_conforms = ajv.compile(mesh_schema);
 const conforms = ajv.compile(schema); // throws if it is not a schema of 2020-12
 check(schema.$schema === gltf_property.$schema && schema.$id === `mesh.primitive.${kName}.schema.json`, 'names');
 check(schema.title && Object.entries(schema.properties).every(([name, property]) =>
@@ -39,14 +49,21 @@ function json_of(file) {
   if (bytes.toString('latin1', 0, 4) !== 'glTF') return JSON.parse(bytes.toString());
   return JSON.parse(bytes.toString('utf8', 20, 20 + bytes.readUInt32LE(12)));
 }
+const fine_primitives = (mesh) => mesh.extensions?.[kName]?.primitives ?? mesh.primitives;
 const extensions_of = (json) =>
-  json.meshes.flatMap((mesh) => mesh.primitives).map((primitive) => primitive.extensions?.[kName])
+  json.meshes.flatMap(fine_primitives).map((primitive) => primitive.extensions?.[kName])
     .filter((extension) => extension !== undefined);
 function check_asset(json, what) {
   const extensions = extensions_of(json);
   check(extensions.length > 0, `${what}: no extension`);
   for (const extension of extensions)
     check(conforms(extension), `${what}: ${ajv.errorsText(conforms.errors)}`);
+  for (const { extensions, primitives } of json.meshes) {
+    if (extensions?.[kName] === undefined) continue;
+    check(mesh_conforms(extensions[kName]), `${what}: ${ajv.errorsText(mesh_conforms.errors)}`);
+    check(primitives.every((primitive) => primitive.extensions?.[kName] === undefined), `${what}: coarse primitives in patches`);
+    check(!json.extensionsRequired?.includes(kName), `${what}: the extension is required`);
+  }
 }
 
 const samples = readdirSync(path.join(specification, 'samples')).filter((name) => /\.(glb|gltf)$/.test(name));
@@ -61,7 +78,7 @@ for (const example of examples) check_asset(example, 'the example of the page');
 const run = (...words) => execFileSync(psplit, words.map(String), { stdio: ['ignore', 'ignore', 'inherit'] });
 const plain = path.join(scratch, 'scene.glb'), encoded = path.join(scratch, 'scene.gltf');
 run('generate', '-q', plain, '--shape', 'scene', '--faces', 4000, '--normals', '--texcoords');
-for (const fallback of ['uncompressed', 'none']) {
+for (const fallback of ['uncompressed', 'coarse=20%', 'none']) {
   run('encode', '-q', '--always-patches', '--patches', 12, '--fallback', fallback, plain, encoded);
   check_asset(json_of(encoded), `encode with fallback ${fallback}`);
 }

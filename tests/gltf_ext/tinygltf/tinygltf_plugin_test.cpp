@@ -234,6 +234,22 @@ TEST_F(TinyGltfPlugin, DecodesOverAFallback) {
   EXPECT_TRUE(same(mesh_of(model), *expected));
 }
 
+TEST_F(TinyGltfPlugin, DecodesWhatReplacesCoarsePrimitives) {
+  const Document document = encoded(rich_mesh(60, 50), Fallback::kCoarse);
+  const Expected<Mesh> expected = read(document);
+  for (const char* name : {"asset.glb", "asset.gltf"}) {
+    const fs::path path = write(document, name);
+    tinygltf::Model model = parsed(path);
+    must(decode_model(model));
+    expect_plain(model);
+    EXPECT_TRUE(same(mesh_of(model), *expected));
+    // tinygltf alone reads the coarse ones, and cannot be given the others any more.
+    tinygltf::Model coarse = parsed(path, false);
+    EXPECT_LT(mesh_of(coarse).faces.size(), expected->faces.size() / 2);
+    EXPECT_EQ(decode_model(coarse).code(), StatusCode::kInvalidInput);
+  }
+}
+
 // Columns of 8-bit matrices are padded in a buffer view.
 TEST_F(TinyGltfPlugin, SpreadsColumnsOfMatrices) {
   Mesh mesh = make_grid(9, 7);

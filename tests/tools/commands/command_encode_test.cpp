@@ -21,6 +21,35 @@ TEST_F(EncodeCommand, SaysInOneLineWhatItDid) {
   EXPECT_GT(run_command({"encode", input, path("b.glb"), "-v"}).err.size(), loud.err.size());
 }
 
+TEST_F(EncodeCommand, CoarsePrimitivesAreForLoadersWithoutTheExtension) {
+  const std::string input = path("mesh.glb"), coarse = path("coarse.glb");
+  must_run({"generate", input, "--shape", "terrain", "--faces", "6000", "-q"});
+  must_run({"encode", input, path("none.glb"), "--patches", "4", "-q"});
+  const nlohmann::json report =
+      json_of({"encode", input, coarse, "--patches", "4", "--fallback", "coarse=5%", "--report", "-"});
+  const auto faces = report.at("coarse").at("faces").get<int>();
+  EXPECT_GT(faces, 200);
+  EXPECT_LT(faces, 700);
+  EXPECT_GT(report.at("coarse").at("bytes"), 6 * faces);
+  EXPECT_TRUE(contains(err_, "coarse faces in"));
+  must_run({"validate", coarse});
+  EXPECT_EQ(json_of({"inspect", coarse, "--format", "json"}).at("coarse").at("faces"), faces);
+  EXPECT_TRUE(json_of({"inspect", path("none.glb"), "--format", "json"}).at("coarse").is_null());
+  must_run({"inspect", coarse});
+  EXPECT_TRUE(contains(out_, "coarse faces"));
+  // Decoded, it is what it is without the option.
+  must_run({"decode", path("none.glb"), path("a.glb"), "-q"});
+  must_run({"decode", coarse, path("b.glb")});
+  EXPECT_TRUE(contains(err_, "dropped"));
+  must_run({"compare", path("a.glb"), path("b.glb")});
+  for (const std::string share : {"coarse=", "coarse=5", "coarse=0%", "coarse=101%", "coarse=x%", "coarser"})
+    fails(1, {"encode", input, coarse, "--fallback", share}, "is neither none, uncompressed, coarse nor");
+  fails(1, {"encode", input, coarse, "--fallback", "coarse", "--compat", "khr"}, "--compat khr writes none");
+  // A batch takes the option, too.
+  must_run({"batch", input, "-o", path("out"), "--patches", "4", "--fallback", "coarse=5%", "-q"});
+  EXPECT_EQ(read_bytes(path("out/mesh.glb")), read_bytes(coarse));
+}
+
 TEST_F(EncodeCommand, TakesFoldersAsBatchDoes) {
   write("in/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   write("in/x/b.ply",

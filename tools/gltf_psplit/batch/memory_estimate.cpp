@@ -258,15 +258,17 @@ Counts counts_of_mesh_file(const std::string& path, const std::string& name, uin
 
 // The factors were fitted to the peaks of 100,000 to 2 million faces with 12 to 48 bytes of attributes, on two
 // threads; then a fifth was added.
-uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name) {
+uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name, bool with_coarse) {
   struct Factors {
     uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
   };
-  const Factors factors = verb == BatchVerb::kEncode     ? Factors{2, 100, 5}
+  constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond what is free again by then
+  const Factors factors = verb == BatchVerb::kEncode     ? Factors{2, with_coarse ? 100 + kCoarseFace : 100, 5}
                           : verb == BatchVerb::kDecode   ? Factors{2, 45, 7}
                           : verb == BatchVerb::kValidate ? Factors{2, 20, 6}
                                                          : Factors{2, 65, 7};
-  const Expected<Json> json = read_asset_json(path);
+  Expected<Json> json = read_asset_json(path);
+  if (json) static_cast<void>(exchange_primitives(*json));  // an error is the reader's to report
   const uint64_t bytes = bytes_on_disk(path, json).files;
   const Expected<AssetRecords> records = json ? read_records(*json) : json.status();
   Counts counts;

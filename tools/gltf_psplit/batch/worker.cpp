@@ -209,7 +209,8 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
     job.input = std::move(*fetched);
     if (Status status = job.staged.fetch_parts(job.item); !status.ok()) return status;
   }
-  const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb);
+  const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb, "",
+                                          arguments_.encode.options.fallback == Fallback::kCoarse);
   job.outcome.memory = memory;
   bool waited = false;
   const MemoryBudget::Share share = memory_.take(memory, [&] {

@@ -41,15 +41,18 @@ struct Decoded {
   size_t decoded = 0;     // those that were compressed
   size_t encoded = 0;     // those that were encoded as stock Draco
   EncodeStatistics lost;  // what stock Draco does not hold
+  CoarseCounts coarse;    // what loaders without the extension would have shown; dropped
 };
 
 std::string decode_summary(const Decoded& counts) {
-  if (counts.decoded + counts.encoded == 0) return "nothing was decoded: no primitive is compressed";
+  const std::string coarse = coarse_text(counts.coarse);
+  const std::string dropped = coarse.empty() ? "" : "; dropped " + coarse;
+  if (counts.decoded + counts.encoded == 0) return "nothing was decoded: no primitive is compressed" + dropped;
   std::string text = counts.decoded == 0 ? "" : counted(counts.decoded, "primitive") + " decoded";
   if (counts.encoded > 0)
     text += (text.empty() ? "" : ", ") + counted(counts.encoded, "primitive") + " encoded as stock Draco";
   const std::string changes = changes_text(counts.lost);
-  return text + (changes.empty() ? "" : "; ") + changes;
+  return text + (changes.empty() ? "" : "; ") + changes + dropped;
 }
 
 // Stock Draco is encoded from whole meshes.
@@ -60,6 +63,7 @@ MemoryLimit limit_of(const DecodeArguments& arguments) {
 Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, const Session& session,
                           bool to_mesh_file) {
   Decoded counts;
+  counts.coarse = coarse_counts(document);
   for (const PrimitiveId id : all_primitives(document)) {
     ++counts.primitives;
     if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain || document.cloud)
@@ -130,10 +134,15 @@ Status run_decode(const DecodeArguments& arguments, const Session& session) {
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
-    Json report{{"input", arguments.input},         {"output", arguments.output},
-                {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
-                {"primitives", counts->primitives}, {"decoded", counts->decoded},
-                {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
+    Json report{{"input", arguments.input},
+                {"output", arguments.output},
+                {"files", sizes_json(sizes)},
+                {"threads", session.pool.thread_count()},
+                {"primitives", counts->primitives},
+                {"decoded", counts->decoded},
+                {"encoded", counts->encoded},
+                {"dropped_coarse", coarse_json(counts->coarse)},
+                {"wall_ms", wall_ms}};
     if (arguments.target == "draco" || mesh_format == AssetFormat::kDraco) {
       report["dropped_faces"] = counts->lost.dropped_faces;
       report["dropped_points"] = counts->lost.dropped_points;

@@ -52,9 +52,8 @@ struct Encoded {
   Json dropped_extensions = Json::object();
 };
 
-Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& result,
-                 const Json& dropped_extensions, const AssetSizes& sizes, double wall_ms,
-                 const Session& session) {
+Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& result, const Encoded& encoded,
+                 const AssetSizes& sizes, double wall_ms, const Session& session) {
   Json total;
   append_row(total, result.total);
   total["wall_ms"] = wall_ms;
@@ -66,7 +65,8 @@ Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& re
           {"files", sizes_json(sizes)},
           {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
           {"total", std::move(total)},
-          {"dropped_extensions", dropped_extensions},
+          {"dropped_extensions", encoded.dropped_extensions},
+          {"coarse", coarse_json(coarse_counts(encoded.document))},
           {"primitives", result.primitives}};
 }
 
@@ -106,6 +106,10 @@ Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& 
   return encoded;
 }
 
+bool makes_coarse(const EncodeCommandArguments& arguments) {
+  return arguments.encode.options.fallback == Fallback::kCoarse;
+}
+
 Status too_large(uint64_t estimate) {
   return unsupported("may take " + as_bytes(estimate) +
                      " of memory, which is more than --memory allows. Of mesh files, only PLY, OBJ and STL are "
@@ -143,7 +147,9 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
     const bool is_gltf = format == AssetFormat::kGltf;
     if (!is_gltf && path.empty())
       return unsupported("this system cannot estimate the memory of a pipe of this format");
-    estimate = is_gltf ? 0 : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input);
+    estimate = is_gltf ? 0
+                       : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input,
+                                                          makes_coarse(arguments));
     if (*estimate <= arguments.memory) {
       Expected<Asset> asset = read_asset(bytes.bytes, arguments.input, find_describer("auto"));
       if (!asset) return asset.status();
@@ -166,7 +172,8 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
   std::optional<uint64_t> estimate;
   if (arguments.memory > 0 && arguments.input != "-" &&
       std::filesystem::is_regular_file(arguments.input, error))
-    estimate = kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode);
+    estimate =
+        kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode, "", makes_coarse(arguments));
   const bool fits = arguments.memory == 0 || (estimate && *estimate <= arguments.memory);
   if (fits || (estimate && read_asset_json(arguments.input).ok())) {
     // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next
@@ -209,14 +216,15 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
-    Json report = report_json(arguments, result, encoded->dropped_extensions, sizes, wall_ms, session);
+    Json report = report_json(arguments, result, *encoded, sizes, wall_ms, session);
     if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
+  const std::string coarse = coarse_text(coarse_counts(encoded->document));
   session.log.note(written_text(arguments.output, sizes,
-                                encode_summary(result, options) + "; " + as_duration(wall_ms) +
-                                    (options.verify ? "" : ", not verified")));
+                                encode_summary(result, options) + (coarse.empty() ? "" : "; ") + coarse + "; " +
+                                    as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
   return {};
 }
 

@@ -83,8 +83,12 @@ Expected<InspectedAsset> inspect_asset(const std::string& input, const InspectAr
   }
   if (!arguments.preview.empty())
     if (Status status = write_preview(*document, input, arguments, session); !status.ok()) return status;
-  InspectedAsset asset{
-      .file = input, .bytes = bytes_on_disk(*document), .compressed = {}, .plain = {}, .warnings = warnings};
+  InspectedAsset asset{.file = input,
+                       .bytes = bytes_on_disk(*document),
+                       .compressed = {},
+                       .plain = {},
+                       .coarse = {},
+                       .warnings = warnings};
   if (Status status =
           inspect_primitives(*document, find_describer(arguments.backend.name), session.pool, asset);
       !status.ok())

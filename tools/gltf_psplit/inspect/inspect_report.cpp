@@ -5,6 +5,7 @@
 #include "src/container/patch_boxes.h"
 #include "tools/gltf_psplit/inspect/inspected_asset.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/encode_report.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 #include "tools/gltf_psplit/report/text_layout.h"
@@ -243,6 +244,7 @@ Json to_json(const InspectedAsset& asset) {
     result[name] = Json::array();
     for (const InspectedPrimitive& primitive : *primitives) result[name].push_back(to_json(primitive));
   }
+  result["coarse"] = coarse_json(asset.coarse);
   result["warnings"] = asset.warnings;
   return result;
 }
@@ -252,7 +254,8 @@ std::string to_text(const InspectedAsset& asset, bool wide) {
   for (const InspectedPrimitive& primitive : asset.plain)
     text += describe_place(primitive.id.mesh, primitive.id.primitive) + ": plain, " +
             counted(primitive.summary.faces, "face") + ", " + counted(primitive.summary.points, "point") + "\n";
-  return text;
+  const std::string coarse = coarse_text(asset.coarse);
+  return text + coarse + (coarse.empty() ? "" : "\n");
 }
 
 std::string summary_text(const InspectedAsset& asset) {

@@ -100,6 +100,7 @@ Status inspect_primitive(const Document& document, const DescribeStream& describ
 
 Status inspect_primitives(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                           InspectedAsset& asset) {
+  asset.coarse = coarse_counts(document);
   std::vector<InspectedPrimitive> all;
   for (const PrimitiveId id : all_primitives(document)) all.emplace_back().id = id;
   std::vector<Status> statuses(all.size());

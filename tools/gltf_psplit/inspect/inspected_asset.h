@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/condensed/section_bytes.h"
 #include "src/container/stream_description.h"
@@ -33,6 +34,7 @@ struct InspectedAsset {
   std::string file;
   AssetBytes bytes;
   std::vector<InspectedPrimitive> compressed, plain;
+  CoarseCounts coarse;
   std::vector<std::string> warnings;
 
   PatchSummary sum() const {

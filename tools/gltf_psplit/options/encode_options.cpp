@@ -97,10 +97,38 @@ void add_drop_option(CLI::App& command, std::vector<std::string>& names) {
       ->type_name("NAME");
 }
 
+// Returns false if the text is no fallback.
+bool set_fallback(std::string_view text, EncodeDocumentOptions& options) {
+  constexpr std::string_view kCoarse = "coarse";
+  options.coarse_share = kCoarseShare;
+  options.fallback = text == "none"           ? Fallback::kNone
+                     : text == "uncompressed" ? Fallback::kUncompressed
+                                              : Fallback::kCoarse;
+  if (options.fallback != Fallback::kCoarse || text == kCoarse) return true;
+  if (!text.starts_with(std::string(kCoarse) + "=") || !text.ends_with('%')) return false;
+  text.remove_prefix(kCoarse.size() + 1);
+  text.remove_suffix(1);
+  double share = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), share);
+  options.coarse_share = share / 100;
+  return read.ec == std::errc() && read.ptr == text.data() + text.size() && share > 0 && share <= 100;
+}
+
 void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
-  add_choice_option(
-      command, "--fallback", arguments.fallback, {"none", "uncompressed"},
-      "What loaders without the extension find: nothing, or uncompressed geometry beside the patches");
+  EncodeDocumentOptions& options = arguments.options;
+  command
+      .add_option_function<std::string>(
+          "--fallback", [&options](const std::string& text) { set_fallback(text, options); },
+          "What loaders without the extension find: none, the default, is nothing; uncompressed is the "
+          "geometry beside the patches; coarse is a mesh of 0.5 % of the faces, which takes a few per cent of "
+          "the bytes, and coarse=SHARE% one of another share. It has at least " +
+              std::to_string(kLeastCoarseFaces) + " faces, or a tenth of a small mesh")
+      ->check([](const std::string& text) {
+        EncodeDocumentOptions unused;
+        return set_fallback(text, unused) ? std::string()
+                                          : text + " is neither none, uncompressed, coarse nor coarse=SHARE%";
+      })
+      ->type_name("WHAT");
   add_choice_option(
       command, "--compat", arguments.compat, {"none", "khr"},
       "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
@@ -128,8 +156,9 @@ std::string options_of_patches(const CLI::App& command, const EncodeDocumentOpti
        {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance", "--no-refine",
         "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--encode-speed", "--fallback", "--order", "--boxes"}) {
-    const bool is_default = name == std::string_view("--fallback") && options.fallback == Fallback::kNone;
-    if (command.count(name) > 0 && !is_default) given += (given.empty() ? "" : ", ") + std::string(name);
+    const bool is_followed =
+        name == std::string_view("--fallback") && options.fallback != Fallback::kUncompressed;
+    if (command.count(name) > 0 && !is_followed) given += (given.empty() ? "" : ", ") + std::string(name);
   }
   return given;
 }
@@ -323,8 +352,9 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
-    resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
+    if (resolved.compat == Compat::kKhr && resolved.fallback == Fallback::kCoarse)
+      throw CLI::ValidationError("--fallback", "coarse is for patches, and --compat khr writes none");
     resolved.options_of_patches = options_of_patches(command, resolved);
   };
 }
@@ -373,6 +403,7 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
   if (o.order.by != PatchOrder::By::kCut) described["order"] = {static_cast<int>(o.order.by), o.order.point};
   if (o.boxes) described["boxes"] = true;
+  if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
   if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
   return described.dump();
 }

@@ -21,7 +21,7 @@ namespace psplit {
 inline constexpr uint64_t kSpeedPatchFaces = 4800;
 
 struct EncodeArguments {
-  std::string profile, gpu, volume = "mesh", fallback = "none", compat = "none";
+  std::string profile, gpu, volume = "mesh", compat = "none";
   EncodeDocumentOptions options;
   bool condense = false, no_condense = false;
   bool no_verify = false;

@@ -219,4 +219,18 @@ std::string encode_summary(const EncodeResult& result, const EncodeDocumentOptio
   return text + (changes.empty() ? "" : "; ") + changes + dropped;
 }
 
+std::string coarse_text(const CoarseCounts& counts) {
+  if (counts.primitives == 0) return "";
+  return counted(counts.faces, "coarse face") + " in " + as_bytes(counts.bytes) +
+         " for loaders without the extension";
+}
+
+Json coarse_json(const CoarseCounts& counts) {
+  if (counts.primitives == 0) return nullptr;
+  return {{"primitives", counts.primitives},
+          {"faces", counts.faces},
+          {"points", counts.points},
+          {"bytes", counts.bytes}};
+}
+
 }  // namespace psplit

@@ -11,8 +11,8 @@ const kKinds = { PSPLIT_mesh_draco_patches: 'container', KHR_draco_mesh_compress
  */
 export async function streams_of(json, bytes_of) {
   const streams = new Map();  // by buffer view
-  for (const { primitives } of json.meshes ?? [])
-    for (const primitive of primitives)
+  for (const { primitives, extensions } of json.meshes ?? [])
+    for (const primitive of extensions?.PSPLIT_mesh_draco_patches?.primitives ?? primitives)  // not the coarse ones
       for (const [extension, kind] of Object.entries(kKinds)) {
         const stored = primitive.extensions?.[extension];
         if (stored === undefined || streams.has(stored.bufferView)) continue;

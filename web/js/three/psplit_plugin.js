@@ -2,7 +2,7 @@
 // extension gets synthetic accessors and buffer views, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
 import { PsplitError } from '../error.js';
-import { kExtensionName } from '../gltf.js';
+import { kExtensionName, use_fine_meshes } from '../gltf.js';
 import { createPool } from '../pool.js';
 import { Container } from './container.js';
 import { GrowingMesh } from '../growing_mesh.js';
@@ -43,6 +43,7 @@ export class PsplitPlugin {
   // The hooks of GLTFLoader. A function that is `async` rejects where it would throw, which the loader handles.
 
   async beforeRoot() {
+    use_fine_meshes(this.#parser.json);
     for (const i of this.#asset === undefined ? [] : this.#parser.json.buffers?.keys() ?? [])
       this.#parser.cache.add(`buffer:${i}`, { then: (...use) => this.#asset.buffer(i).then(({ buffer }) => buffer).then(...use) });
     for (const [mesh, { primitives }] of (this.#parser.json.meshes ?? []).entries())
