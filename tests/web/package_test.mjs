@@ -56,13 +56,13 @@ test('it exports what its types declare', () => {
 // Limits a little above the sizes, so that growth is seen. The targets are 30 KB for the module that a page loads, and 4 KB for the
 // code of plugin and pool.
 const brotli = (contents) => brotliCompressSync(contents).length;
-for (const [name, most] of [['psplit.wasm', 71300], ['draco/draco_decoder.wasm', 35250], ['draco/draco_wasm_wrapper.js', 8650], ['inline.js', 100500]])
+for (const [name, most] of [['psplit.wasm', 71300], ['draco/draco_decoder.wasm', 35250], ['draco/draco_wasm_wrapper.js', 8650], ['inline.js', 100800]])
   test(`the size of ${name}`, () => {
     const bytes = brotli(readFileSync(path.join(package_folder, name)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 10950], ['worker.js', 4900], ['three.js', 10750], ['babylon.js', 9550], ['asset.js', 8500], ['gltf-transform.js', 8950]])
+for (const [name, most] of [['index.js', 10950], ['worker.js', 4900], ['three.js', 10750], ['babylon.js', 9550], ['asset.js', 8500], ['gltf-transform.js', 9300]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
