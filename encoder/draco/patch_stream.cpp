@@ -14,6 +14,7 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_types.h"
+#include "encoder/stream/patch_steps.h"
 
 namespace psplit {
 namespace {

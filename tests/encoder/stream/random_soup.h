@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
 #include "tests/support/procedural_meshes.h"
 
