@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/traverse_faces.h"
 #include "src/condensed/symbol_lists.h"
 #include "src/container/claims.h"
@@ -219,7 +220,9 @@ class ConnectivityEncoder {
 
 ConnectivityChoices choose_connectivity(int speed, uint64_t face_count) {
   constexpr uint64_t kFewFaces = 1000;
-  return {.valence = speed < 5 && face_count >= kFewFaces, .one_table = speed >= 6, .by_degree = speed == 0};
+  return {.valence = speed < 5 && face_count >= kFewFaces,
+          .one_table = speed >= kSpeedOfOneTable,
+          .by_degree = speed == 0};
 }
 
 Expected<EncodedConnectivity> encode_connectivity(const SourceMesh& mesh, const ConnectivityChoices& choices) {
