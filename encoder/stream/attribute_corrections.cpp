@@ -64,8 +64,7 @@ class Corrections {
     if (!wrap.find_range(on)) return range_too_large();
     wrap.write_range(out_);
     core::ParallelogramFinder<uint32_t> finder;
-    core::Arena arena =
-        take_arena(core::ParallelogramFinder<uint32_t>::bytes(face_count(), on.sequence.count));
+    core::Arena arena = take_arena(core::ParallelogramFinder<uint32_t>::bytes(face_count(), on.sequence.count));
     if (const core::Fault fault = finder.find(on.table, on.sequence, arena); fault != core::Fault::kNone)
       return status_of(fault);
 
@@ -155,8 +154,8 @@ class Corrections {
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t corner = on.sequence.corner[i];
       const int32_t* const value = on.at(corner);
-      core::Vec3 normal = sums.empty() ? core::normal_at(on.table, positions, corner)
-                                       : sums[on.table.vertex[corner]];
+      core::Vec3 normal =
+          sums.empty() ? core::normal_at(on.table, positions, corner) : sums[on.table.vertex[corner]];
       core::shorten(normal);
       const auto correction = [&](bool flip) {
         return grid.correction(grid.project(normal, flip), {value[0], value[1]}, canonicalized);

@@ -1,5 +1,5 @@
-// What libdraco's encoder stores for the values of an attribute: the inverse of core/prediction.h for all of its
-// schemes.
+// What libdraco's encoder stores for the values of an attribute: the inverse of core/prediction.h for all of
+// its schemes.
 #pragma once
 
 #include "src/condensed/draco_fields.h"

@@ -14,11 +14,12 @@
 
 namespace psplit {
 
-// Draco's attribute type, which selects the prediction. Normals that are not on the octahedral grid, and texture
-// coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
+// Draco's attribute type, which selects the prediction. Normals that are not on the octahedral grid, and
+// texture coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
 DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding);
 
-// Indices of the mesh's attributes in the order of their unique ids, which is that of the stream: POSITION first.
+// Indices of the mesh's attributes in the order of their unique ids, which is that of the stream: POSITION
+// first.
 std::vector<size_t> attribute_order(const Mesh& mesh);
 
 // What the choices depend on, besides the attributes.
@@ -56,15 +57,16 @@ constexpr int symbol_level_of(int speed) { return 10 - speed; }
 
 // The literal bytes of an attribute in a stream. Each function appends to `out`.
 void append_description(const AttributePlan& plan, std::vector<uint8_t>& out);
-// In front of the symbols, and behind the fields of a prediction: its octahedral grid. Nothing if values are raw.
+// In front of the symbols, and behind the fields of a prediction: its octahedral grid. Nothing if values are
+// raw.
 void append_scheme(const AttributePlan& plan, std::vector<uint8_t>& out);
 void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out);
 // What turns integers into values.
 void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 
 // The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
-// data, which are the attributes behind the first at speeds below kSpeedOfOneTable, whether an edge is on a seam
-// of theirs; empty from that speed on.
+// data, which are the attributes behind the first at speeds below kSpeedOfOneTable, whether an edge is on a
+// seam of theirs; empty from that speed on.
 std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, int speed, bool is_valence,
                                           std::span<const uint8_t> has_seams);
 

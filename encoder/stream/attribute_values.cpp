@@ -33,12 +33,12 @@ bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int3
 }
 
 // A direction as a place on an octahedral grid. All numbers are doubles, as in libdraco, except the components
-// of the direction: a product with the reciprocal of the sum, not a quotient; a half is added before a number is
-// rounded down.
+// of the direction: a product with the reciprocal of the sum, not a quotient; a half is added before a number
+// is rounded down.
 core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&direction)[3]) {
   constexpr double kLeast = 1e-6;
-  const double length = std::fabs(double{direction[0]}) + std::fabs(double{direction[1]}) +
-                        std::fabs(double{direction[2]});
+  const double length =
+      std::fabs(double{direction[0]}) + std::fabs(double{direction[1]}) + std::fabs(double{direction[2]});
   double scaled[3] = {1, 0, 0};
   if (length > kLeast) {
     const double scale = 1.0 / length;
@@ -59,8 +59,7 @@ core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&dire
 
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
                      AttributePlan& plan) {
-  const GridExtremes extremes =
-      grid_extremes(coding).value_or(GridExtremes{coding.origin, coding.origin});
+  const GridExtremes extremes = grid_extremes(coding).value_or(GridExtremes{coding.origin, coding.origin});
   plan.origin.assign(source.component_count, 0);
   float range = 0;
   for (size_t k = 0; k < source.component_count; ++k) {

@@ -19,9 +19,9 @@ namespace psplit {
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
                      AttributePlan& plan);
 
-// Writes the integers of each row to `out`, which has value_stride for each: places on the plan's grid, pairs of
-// octahedral places, or integers as they are. Not for kRaw. Errors: kUnsupported for an integer above 2^31 - 1,
-// as in libdraco.
+// Writes the integers of each row to `out`, which has value_stride for each: places on the plan's grid, pairs
+// of octahedral places, or integers as they are. Not for kRaw. Errors: kUnsupported for an integer above 2^31 -
+// 1, as in libdraco.
 Status write_integers(const Attribute& source, const AttributePlan& plan, std::span<const uint32_t> rows,
                       std::span<int32_t> out);
 

@@ -8,8 +8,9 @@
 namespace psplit {
 namespace {
 
-// The sets of used parallelograms of a value in the order in which libdraco tries them, a bit for each: by their
-// number; sets of one number so that the later parallelograms are left out first. The first of equal sets wins.
+// The sets of used parallelograms of a value in the order in which libdraco tries them, a bit for each: by
+// their number; sets of one number so that the later parallelograms are left out first. The first of equal sets
+// wins.
 struct Sets {
   uint8_t count = 0;
   std::array<uint8_t, 16> sets{};
@@ -25,8 +26,8 @@ constexpr Sets sets_of(uint32_t parallelograms) {
     }
   return all;
 }
-constexpr std::array<Sets, core::kMaxParallelograms + 1> kSets = {sets_of(0), sets_of(1), sets_of(2), sets_of(3),
-                                                                 sets_of(4)};
+constexpr std::array<Sets, core::kMaxParallelograms + 1> kSets = {sets_of(0), sets_of(1), sets_of(2),
+                                                                  sets_of(3), sets_of(4)};
 
 // The bits of `total` flags of which `used` are set, by their entropy. In doubles, and in this order: its bits
 // decide the stream's (see SymbolEntropy).

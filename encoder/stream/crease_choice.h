@@ -13,9 +13,9 @@ namespace psplit {
 // all symbols is kept up to date.
 //
 // The sum decides which parallelograms are used, so its bits decide the stream's. It is a double that libdraco
-// changes by the difference of two products, each of a frequency and its logarithm, in the order of the symbols;
-// no multiply-add is fused. The logarithm is the C library's log2, as in libdraco: a library that rounds it
-// otherwise may choose otherwise, and then writes another stream, which is as valid.
+// changes by the difference of two products, each of a frequency and its logarithm, in the order of the
+// symbols; no multiply-add is fused. The logarithm is the C library's log2, as in libdraco: a library that
+// rounds it otherwise may choose otherwise, and then writes another stream, which is as valid.
 class SymbolEntropy {
  public:
   struct Total {
@@ -85,8 +85,8 @@ class CreaseChoice {
   // The values that predict one, as wide as a value: the one before it, and `count` parallelograms, components
   // after components.
   struct Choice {
-    uint32_t used = 0;                   // a bit for each parallelogram
-    std::vector<int32_t> predicted;      // the mean of those that are used, or the value before
+    uint32_t used = 0;               // a bit for each parallelogram
+    std::vector<int32_t> predicted;  // the mean of those that are used, or the value before
   };
   const Choice& choose(const int32_t* value, const int32_t* before, const int32_t* parallelograms,
                        uint32_t count);
@@ -95,7 +95,8 @@ class CreaseChoice {
   struct Cost {
     int32_t bits = 0, size = 0;  // the sum of magnitudes decides between equal bits
   };
-  void consider(const int32_t* value, const int32_t* predicted, uint32_t used, int64_t flag_bits, bool is_first);
+  void consider(const int32_t* value, const int32_t* predicted, uint32_t used, int64_t flag_bits,
+                bool is_first);
 
   uint32_t components_;
   SymbolEntropy entropy_;
