@@ -4,6 +4,7 @@
 #include <bit>
 #include <numeric>
 
+#include "src/condensed/entropy_encoder.h"
 #include "src/container/bit_string.h"
 
 namespace psplit {
@@ -49,9 +50,6 @@ Scheme choose_scheme(const AttributePlan& plan, const AttributePlan& positions, 
              : Scheme::kConstrainedMultiParallelogram;
 }
 
-void append_u32(uint32_t value, std::vector<uint8_t>& out) {
-  for (uint32_t i = 0; i < 4; ++i) out.push_back(static_cast<uint8_t>(value >> 8 * i));
-}
 void append_float(float value, std::vector<uint8_t>& out) { append_u32(std::bit_cast<uint32_t>(value), out); }
 
 }  // namespace
