@@ -221,16 +221,6 @@ void copy_values(const draco::Mesh& from, const Mesh& source, Mesh& to) {
 
 }  // namespace
 
-std::vector<AttributeRequest> stream_requests(const Mesh& mesh) {
-  std::vector<AttributeRequest> requests;
-  for (const Attribute& attribute : mesh.attributes)
-    requests.push_back(
-        {attribute.semantic, 0, attribute.component_type, attribute.component_count, attribute.normalized});
-  uint32_t next = 0;
-  for (const size_t i : attribute_order(mesh)) requests[i].unique_id = next++;
-  return requests;
-}
-
 Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
                                           std::span<const AttributeCoding> codings, int encode_speed,
                                           bool with_values) {

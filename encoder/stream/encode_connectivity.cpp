@@ -74,14 +74,26 @@ class ConnectivityEncoder {
     fields.symbols = std::move(traversal.symbols);
     fields.split_events = std::move(traversal.split_events);
     fields.start_faces = std::move(traversal.start_faces);
-    out_.source_corner = std::move(traversal.corners);
-    for (uint32_t& corner : out_.source_corner) corner -= corner >> 2;
+    take_points(traversal.corners);
     core::ConnectivityCounts& counts = header_.counts;
     counts.face_count = fields.face_count;
     counts.symbol_count = fields.symbol_count;
     counts.split_count = static_cast<uint32_t>(fields.split_events.size());
     const auto splits = static_cast<uint32_t>(std::ranges::count(fields.symbols, core::kS));
     return status_of(core::finish_edgebreaker_counts(fields.vertex_count, splits, counts));
+  }
+
+  // `corners` are the source's, of corner 0 of each face.
+  void take_points(const std::vector<uint32_t>& corners) {
+    out_.point_of_corner.resize(4 * corners.size());
+    for (size_t i = 0; i < corners.size(); ++i) {
+      const std::array<uint32_t, 3>& face = mesh_.faces[corners[i] >> 2];
+      const uint32_t k = corners[i] & 3;
+      uint32_t* const points = &out_.point_of_corner[4 * i];
+      points[0] = face[k];
+      points[1] = face[core::next(k)];
+      points[2] = face[core::previous(k)];
+    }
   }
 
   Fault take_memory() {
@@ -135,19 +147,6 @@ class ConnectivityEncoder {
     return mesh.vertex_count == fields.vertex_count ? Fault::kNone : Fault::kConnectivity;
   }
 
-  // The points at the decoder's corners.
-  std::vector<uint32_t> source_points() const {
-    std::vector<uint32_t> points(size_t{4} * header_.counts.face_count);
-    for (size_t i = 0; i < out_.source_corner.size(); ++i) {
-      const uint32_t first = out_.source_corner[i], k = first % 3;
-      const std::array<uint32_t, 3>& face = mesh_.faces[first / 3];
-      points[4 * i] = face[k];
-      points[4 * i + 1] = face[k < 2 ? k + 1 : 0];
-      points[4 * i + 2] = face[k > 0 ? k - 1 : 2];
-    }
-    return points;
-  }
-
   // An edge is a seam of an attribute if the points of its two faces have different values at one of its ends.
   Fault find_seams() {
     if (header_.attribute_data_count == 0) return Fault::kNone;
@@ -155,7 +154,7 @@ class ConnectivityEncoder {
     if (const Fault fault = seams_.start(header_.attribute_data_count, patch.mesh, arena_);
         fault != Fault::kNone)
       return fault;
-    const std::vector<uint32_t> points = source_points();
+    const std::vector<uint32_t>& points = out_.point_of_corner;
     const core::View<const uint32_t> edges = seams_.edges(), opposite = patch.mesh.table.opposite;
     std::vector<std::vector<uint8_t>>& flags = out_.fields.seams;
     flags.assign(header_.attribute_data_count, std::vector<uint8_t>(edges.size()));

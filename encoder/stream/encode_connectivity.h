@@ -40,19 +40,12 @@ ConnectivityChoices choose_connectivity(int speed, uint64_t face_count);
 struct EncodedConnectivity {
   // All fields except attributes and their levels, and the skeleton.
   DracoFields fields;
-  // For each decoded face the source corner, 3 * face + k, that became its corner 0. The others follow counter-
-  // clockwise.
-  std::vector<uint32_t> source_corner;
+  // The source's point at each corner of the decoder's tables, 4 * face + k.
+  std::vector<uint32_t> point_of_corner;
   // The mesh, the points and the groups as a decoder will have them, with the order of values of each group.
   // It has no attributes.
   core::Patch<uint32_t> patch;
   std::unique_ptr<uint8_t[]> memory;  // of the patch
-
-  // The source corner, 3 * face + k, of the decoder's corner 4 * face + k.
-  uint32_t source_of(uint32_t corner) const {
-    const uint32_t first = source_corner[corner >> 2], k = first % 3 + (corner & 3);
-    return first - first % 3 + (k < 3 ? k : k - 3);
-  }
 };
 
 // Errors: kInvalidInput if every face uses a vertex twice, and for meshes that libdraco's decoder refuses;

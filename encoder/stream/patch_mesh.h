@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "src/mesh/mesh.h"
@@ -18,6 +19,15 @@ struct PatchMesh {
 
   const std::vector<uint32_t>& points_of_values() const { return value_points.empty() ? points : value_points; }
 };
+
+// All of a mesh as a patch.
+inline PatchMesh whole_mesh(const Mesh& mesh) {
+  PatchMesh whole;
+  whole.points.resize(mesh.point_count);
+  std::iota(whole.points.begin(), whole.points.end(), 0u);
+  whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
+  return whole;
+}
 
 // An Edgebreaker stream, and what it decodes to.
 struct EncodedPatch {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/patch_stream.h"
+#include "encoder/stream/patch_steps.h"
 #include "tests/encoder/stream/decoded_values.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"
@@ -48,14 +48,6 @@ DracoFields make_fields(const DracoFields& stored, const WeldedMesh& welded, con
       edgebreaker_skeleton(attributes.plans, speed, stored.skeleton[kTraversalAt] == kValence, has_seams);
   made.symbol_level = symbol_level_of(speed);
   return made;
-}
-
-PatchMesh whole_mesh(const Mesh& mesh) {
-  PatchMesh whole;
-  whole.points.resize(mesh.point_count);
-  std::iota(whole.points.begin(), whole.points.end(), 0u);
-  whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
-  return whole;
 }
 
 // Returns whether libdraco has a stream of the mesh.

@@ -2,7 +2,6 @@
 #include "encoder/stream/encode_connectivity.h"
 
 #include <algorithm>
-#include <numeric>
 #include <random>
 
 #include "encoder/draco/patch_stream.h"
@@ -88,8 +87,8 @@ void compare(const WeldedMesh& welded, const PatchMesh& patch, int speed, Met& m
     for (uint32_t k = 0; k < 3; ++k) {
       const uint32_t point = decoded.point_at[4 * i + k];
       ASSERT_EQ(point, reference->decoded.faces[i][k]) << "face " << i;
-      // The source corner and the reference's point have the same values.
-      const uint32_t corner = ours->source_of(4 * i + k), from = patch.faces[corner / 3][corner % 3];
+      // The source's point and the reference's have the same values.
+      const uint32_t from = ours->point_of_corner[4 * i + k];
       for (const std::vector<uint32_t>& value : source.values)
         ASSERT_EQ(value[from], value[reference->patch_point[point]]) << "face " << i;
     }
@@ -106,14 +105,6 @@ void compare(const WeldedMesh& welded, const PatchMesh& patch, int speed, Met& m
       std::ranges::any_of(fields.seams, [](const auto& flags) { return std::ranges::count(flags, 1) > 0; });
   met.flat += fields.face_count < patch.faces.size();
   met.more_vertices += fields.vertex_count > source.mesh.point_count;
-}
-
-PatchMesh whole(const Mesh& mesh) {
-  PatchMesh patch;
-  patch.points.resize(mesh.point_count);
-  std::iota(patch.points.begin(), patch.points.end(), 0u);
-  patch.faces.assign(mesh.faces.begin(), mesh.faces.end());
-  return patch;
 }
 
 void expect_all(const Met& met) {
@@ -133,7 +124,7 @@ TEST(EncodeConnectivity, MeshesAreAsByLibdraco) {
     const WeldedMesh welded = weld(mesh, ThreadPool(1));
     for (const int speed : {0, 4, 5, 7, 10}) {
       SCOPED_TRACE(speed);
-      compare(welded, whole(mesh), speed, met);
+      compare(welded, whole_mesh(mesh), speed, met);
       if (testing::Test::HasFatalFailure()) return;
     }
   }

@@ -40,8 +40,7 @@ class SoupMaker {
     for (uint32_t k = below(4); k > 0; --k) change_some_faces();
     const uint32_t attribute_count = below(4);
     weld(soup, attribute_count);
-    soup.patch.faces.assign(soup.mesh.faces.begin(), soup.mesh.faces.end());
-    for (uint32_t point = 0; point < soup.mesh.point_count; ++point) soup.patch.points.push_back(point);
+    soup.patch = whole_mesh(soup.mesh);
   }
 
  private:

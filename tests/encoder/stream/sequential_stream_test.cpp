@@ -2,7 +2,6 @@
 #include "encoder/stream/sequential_stream.h"
 
 #include <map>
-#include <numeric>
 #include <random>
 
 #include "encoder/draco/patch_stream.h"
@@ -31,10 +30,7 @@ void expect_same_stream(const std::string& name, const Mesh& mesh, std::span<con
                         int speed, IndexCodings& seen) {
   SCOPED_TRACE(name + ", speed " + std::to_string(speed));
   const WeldedMesh welded = weld(mesh, ThreadPool(1));
-  PatchMesh whole;
-  whole.points.resize(mesh.point_count);
-  std::iota(whole.points.begin(), whole.points.end(), 0u);
-  whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
+  const PatchMesh whole = whole_mesh(mesh);
   const Expected<std::vector<uint8_t>> expected = encode_sequential(welded, whole, codings, speed);
   const Expected<std::vector<uint8_t>> made =
       write_sequential_stream({welded, codings, whole.points}, whole.faces, speed);
