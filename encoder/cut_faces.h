@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "encoder/draco/patch_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/partition/partition.h"
+#include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
 #include "src/parallel.h"
 

@@ -43,6 +43,7 @@ struct EncodeOptions {
   // Store the box of each patch: 6 bytes each, and 28 of a mesh. A viewer chooses by them what it shows first.
   bool boxes = false;
   int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
+  bool by_libdraco = false;      // libdraco encodes the patches, for reference: to the same bytes, in more time
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses

@@ -497,8 +497,8 @@ Status PartsEncoder::encode_leftovers() {
     WeldedMesh welded = weld(mesh, pool_);
     separate_flat_faces(welded);
     Streams streams;
-    Status status = encode_residue(welded, faces, is_in_patch, codings_, options_.streams.encode_speed, false,
-                                   streams, encoded_.statistics);
+    Status status = encode_residue(welded, faces, is_in_patch, codings_, options_.streams, false, streams,
+                                   encoded_.statistics);
     if (!status.ok()) return status;
     const Expected<bool> appended = append_if_there_is_room(left.part, streams, std::move(left.owners), {});
     if (!appended) return appended.status();

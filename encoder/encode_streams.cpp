@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/verify.h"
 #include "src/stopwatch.h"
@@ -24,7 +23,7 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   pool.for_each(patch_count, [&](size_t i) {
     const PatchMesh patch = extract(*welded.mesh, cut.patches[i]);
     Expected<EncodedPatch> encoded =
-        encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
+        encode_patch(welded, patch, codings, options.encode_speed, options.by_libdraco, with_values);
     if (!encoded) {
       statuses[i] = encoded.status().at({.patch = static_cast<int64_t>(i)});
       return;
@@ -119,25 +118,27 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
   Streams streams;
   Status status = encode_patches(welded, cut, codings, options, pool, alone, streams);
   if (status.ok())
-    status = encode_residue(welded, cut.residue_faces, is_in_patch, codings, options.encode_speed, alone,
-                            streams, statistics);
+    status =
+        encode_residue(welded, cut.residue_faces, is_in_patch, codings, options, alone, streams, statistics);
   if (!status.ok()) return status;
   return streams;
 }
 
 Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      int encode_speed, bool standalone, Streams& streams, EncodeStatistics& statistics) {
+                      const EncodeOptions& options, bool standalone, Streams& streams,
+                      EncodeStatistics& statistics) {
   Residue residue = extract_residue(*welded.mesh, residue_faces, is_in_patch, standalone);
   statistics.residue_faces += residue.face_count;
   statistics.residue_points += residue.owned_count;
   if (residue.patch.points.empty()) return {};
-  Expected<std::vector<uint8_t>> bytes = encode_sequential(welded, residue.patch, codings, encode_speed);
+  Expected<std::vector<uint8_t>> bytes =
+      encode_in_order(welded, residue.patch, codings, options.encode_speed, options.by_libdraco);
   if (!bytes) return bytes.status();
   Mesh& decoded = streams.decoded.emplace_back();
   if (standalone) {
-    Expected<Mesh> mesh = decode_draco_stream(*bytes, stream_requests(*welded.mesh));
-    if (!mesh) return runtime_failure("verification: " + mesh.status().to_string());
+    Expected<Mesh> mesh = decode_stream(*welded.mesh, *bytes);
+    if (!mesh) return mesh.status();
     decoded = std::move(*mesh);
   } else {
     decoded.faces.assign(residue.patch.faces.begin(), residue.patch.faces.end());

@@ -44,7 +44,8 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
 // decoded one its attributes. Nothing is appended if there are no such faces and points.
 Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      int encode_speed, bool standalone, Streams& streams, EncodeStatistics& statistics);
+                      const EncodeOptions& options, bool standalone, Streams& streams,
+                      EncodeStatistics& statistics);
 
 // The rows of the directory. Errors: kUnsupported.
 Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching);

@@ -14,28 +14,14 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_types.h"
+#include "encoder/stream/attribute_plan.h"
+#include "encoder/stream/patch_steps.h"
 
 namespace psplit {
 namespace {
 
-// Draco's attribute type selects the prediction. Normals that are not on the octahedral grid, and texture
-// coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
 draco::GeometryAttribute::Type draco_role(const Attribute& attribute, const AttributeCoding& coding) {
-  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
-  if (attribute.semantic == "POSITION") return draco::GeometryAttribute::POSITION;
-  if (attribute.semantic == "NORMAL" && coding.octahedral) return draco::GeometryAttribute::NORMAL;
-  if (starts("TEXCOORD_") && attribute.component_count == 2) return draco::GeometryAttribute::TEX_COORD;
-  if (starts("COLOR_")) return draco::GeometryAttribute::COLOR;
-  return draco::GeometryAttribute::GENERIC;
-}
-
-// Indices of the mesh's attributes in the order of their unique ids.
-std::vector<size_t> attribute_order(const Mesh& mesh) {
-  std::vector<size_t> order(mesh.attributes.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_partition(order.begin(), order.end(),
-                        [&](size_t i) { return mesh.attributes[i].semantic == "POSITION"; });
-  return order;
+  return static_cast<draco::GeometryAttribute::Type>(draco_semantic(attribute, coding));
 }
 
 // The distinct values of one attribute in a patch. `values` holds points of the mesh, ascending. `index` holds,
@@ -234,16 +220,6 @@ void copy_values(const draco::Mesh& from, const Mesh& source, Mesh& to) {
 }
 
 }  // namespace
-
-std::vector<AttributeRequest> stream_requests(const Mesh& mesh) {
-  std::vector<AttributeRequest> requests;
-  for (const Attribute& attribute : mesh.attributes)
-    requests.push_back(
-        {attribute.semantic, 0, attribute.component_type, attribute.component_count, attribute.normalized});
-  uint32_t next = 0;
-  for (const size_t i : attribute_order(mesh)) requests[i].unique_id = next++;
-  return requests;
-}
 
 Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
                                           std::span<const AttributeCoding> codings, int encode_speed,

@@ -16,16 +16,18 @@ namespace psplit {
 struct StockStream {
   std::vector<uint8_t> bytes;
   std::vector<AttributeRequest> requests;  // one for each attribute of the mesh, in order
-  // What libdraco decodes the stream to: Draco drops faces that repeat a point, and unused points, and splits
+  // What the stream decodes to: Draco drops faces that repeat a point, and unused points, and splits
   // non-manifold vertices.
   Mesh decoded;
   std::vector<uint32_t> source_point;  // for each decoded point the point of the mesh that it is
 };
 
+// by_libdraco: libdraco encodes it, and decodes it again, to the same bytes and meshes in more time. A mesh
+// that Edgebreaker cannot encode becomes a sequential stream.
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed);
+                                          int encode_speed, bool by_libdraco = false);
 // The same as a sequential stream, which keeps all faces and points, and their order.
 Expected<StockStream> encode_stock_sequential(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                              int encode_speed);
+                                              int encode_speed, bool by_libdraco = false);
 
 }  // namespace psplit

@@ -1,5 +1,5 @@
-// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h for the schemes
-// whose values may be stored otherwise.
+// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h. Here are those of
+// the schemes whose values may be stored otherwise. encoder/stream has the others.
 #pragma once
 
 #include <algorithm>
@@ -13,48 +13,107 @@
 
 namespace psplit {
 
+// The values of an attribute, when they are known, in the order of their group. `zeros` has a value of zeros.
+template <uint32_t kComponents>
+core::PredictedValues<uint32_t, kComponents> known_values(const core::Group<uint32_t>& group,
+                                                          const core::Attribute<uint32_t>& attribute,
+                                                          const int32_t* zeros) {
+  core::PredictedValues<uint32_t, kComponents> on;
+  on.table = group.table.table;
+  on.sequence = group.sequence;
+  on.values = attribute.values;
+  on.zeros = zeros;
+  on.component_count = attribute.value_components();
+  return on;
+}
+
+// The inverse of core::Wrap.
+template <uint32_t kComponents>
+class WrapCorrections {
+ public:
+  using Values = core::PredictedValues<uint32_t, kComponents>;
+
+  // Finds the range of the values. Returns false if the wrap transform does not allow it.
+  bool find_range(const Values& on) {
+    low_ = high_ = 0;
+    if (on.sequence.count > 0) low_ = high_ = on.at(on.sequence.corner[0])[0];
+    for (uint32_t i = 0; i < on.sequence.count; ++i) {
+      const int32_t* const value = on.at(on.sequence.corner[i]);
+      for (uint32_t k = 0; k < on.components(); ++k) {
+        low_ = std::min(low_, value[k]);
+        high_ = std::max(high_, value[k]);
+      }
+    }
+    const int64_t difference = int64_t{high_} - low_;
+    modulus_ = difference + 1;
+    highest_ = difference / 2;
+    lowest_ = -(modulus_ / 2);
+    return difference < 0x7fffffff;
+  }
+  void write_range(AttributeFields& out) const {
+    out.wrap_min = low_;
+    out.wrap_max = high_;
+  }
+
+  // Of the corrections that give the same number, modulo the count of numbers in the range, the one nearest to
+  // 0. As a symbol.
+  uint32_t symbol(int32_t number, int32_t predicted) const {
+    int64_t correction = int64_t{number} - std::clamp(predicted, low_, high_);
+    correction -= correction > highest_ ? modulus_ : 0;
+    correction += correction < lowest_ ? modulus_ : 0;
+    return static_cast<uint32_t>(core::fold(correction));
+  }
+
+ private:
+  int32_t low_ = 0, high_ = 0;
+  int64_t modulus_ = 0, highest_ = 0, lowest_ = 0;
+};
+
 class DracoCorrections {
  public:
   // An attribute that allows_creation_order, when its values are known. `data` has its scheme and transform.
   DracoCorrections(const core::Group<uint32_t>& group, const core::Attribute<uint32_t>& attribute,
                    const core::PredictionData& data)
-      : zeros_(attribute.value_components()), attribute_(attribute), data_(data) {
-    on_.table = group.table.table;
-    on_.sequence = group.sequence;
-    on_.values = attribute.values;
-    on_.zeros = zeros_.data();
-    on_.component_count = attribute.value_components();
-  }
+      : group_(group), attribute_(attribute), data_(data) {}
 
   // Fills the symbols, and the range of the wrap transform. Returns false if the symbols are values: those of
   // an attribute that is not predicted, or whose range no wrap transform has.
   bool write(AttributeFields& out) const {
-    out.symbols.resize(size_t{on_.sequence.count} * on_.components());
-    const bool is_predicted = data_.scheme != core::Scheme::kNone;
-    if (is_predicted && attribute_.coding == core::Coding::kNormal)
-      correct_normals(out);
-    else if (is_predicted && find_range(out))
-      correct_in_range(out);
-    else
-      return store_values(out), false;
-    return true;
+    switch (attribute_.value_components()) {
+      case 2: return write<2>(out);
+      case 3: return write<3>(out);
+      default: return write<0>(out);
+    }
   }
 
  private:
-  const int32_t* value(uint32_t i) const { return on_.at(on_.sequence.corner[i]); }
+  template <uint32_t kComponents>
+  bool write(AttributeFields& out) const {
+    const std::vector<int32_t> zeros(attribute_.value_components());
+    const auto on = known_values<kComponents>(group_, attribute_, zeros.data());
+    out.symbols.resize(size_t{on.sequence.count} * on.components());
+    out.wrap_min = out.wrap_max = 0;
+    const bool is_predicted = data_.scheme != core::Scheme::kNone;
+    if constexpr (kComponents == 2)
+      if (is_predicted && attribute_.coding == core::Coding::kNormal) return correct_normals(on, out), true;
+    WrapCorrections<kComponents> wrap;
+    if (is_predicted && wrap.find_range(on)) return correct_in_range(on, wrap, out), true;
+    return store_values(on, out), false;
+  }
 
-  void store_values(AttributeFields& out) const {
+  template <uint32_t kComponents>
+  static void store_values(const core::PredictedValues<uint32_t, kComponents>& on, AttributeFields& out) {
     size_t at = 0;
-    for (uint32_t i = 0; i < on_.sequence.count; ++i)
-      for (uint32_t k = 0; k < on_.components(); ++k)
-        out.symbols[at++] = static_cast<uint32_t>(core::fold(value(i)[k]));
+    for (uint32_t i = 0; i < on.sequence.count; ++i)
+      for (uint32_t k = 0; k < on.components(); ++k)
+        out.symbols[at++] = static_cast<uint32_t>(core::fold(on.at(on.sequence.corner[i])[k]));
   }
 
   // Each normal is predicted to be the same as the one before it.
-  void correct_normals(AttributeFields& out) const {
+  void correct_normals(const core::PredictedValues<uint32_t, 2>& on, AttributeFields& out) const {
     const bool canonicalized = data_.transform == core::Transform::kOctahedronCanonicalized;
-    for (uint32_t i = 0; i < on_.sequence.count; ++i) {
-      const int32_t *const before = on_.before(i), *const normal = value(i);
+    for (uint32_t i = 0; i < on.sequence.count; ++i) {
+      const int32_t *const before = on.before(i), *const normal = on.at(on.sequence.corner[i]);
       const core::Vec2 by =
           data_.grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
       out.symbols[2 * size_t{i}] = static_cast<uint32_t>(by.s);
@@ -62,45 +121,23 @@ class DracoCorrections {
     }
   }
 
-  void correct_in_range(AttributeFields& out) const {
-    size_t at = 0;
-    for (uint32_t i = 0; i < on_.sequence.count; ++i) {
-      core::Parallelogram by{on_.before(i), on_.zeros, on_.zeros};
-      if (data_.scheme == core::Scheme::kParallelogram)
-        core::find_parallelogram(on_, i, on_.sequence.corner[i], by);
-      for (uint32_t k = 0; k < on_.components(); ++k) {
-        const int32_t predicted = by.predicted<core::Components<1>>(k)[0];
-        out.symbols[at++] = static_cast<uint32_t>(core::fold(wrapped(value(i)[k], predicted, out)));
-      }
+  template <uint32_t kComponents>
+  void correct_in_range(const core::PredictedValues<uint32_t, kComponents>& on,
+                        const WrapCorrections<kComponents>& wrap, AttributeFields& out) const {
+    const bool by_parallelogram = data_.scheme == core::Scheme::kParallelogram;
+    wrap.write_range(out);
+    uint32_t* to = out.symbols.data();
+    for (uint32_t i = 0; i < on.sequence.count; ++i) {
+      const uint32_t corner = on.sequence.corner[i];
+      core::Parallelogram by{on.before(i), on.zeros, on.zeros};
+      if (by_parallelogram) core::find_parallelogram(on, i, corner, by);
+      const int32_t* const value = on.at(corner);
+      for (uint32_t k = 0; k < on.components(); ++k)
+        *to++ = wrap.symbol(value[k], by.predicted<core::Components<1>>(k)[0]);
     }
   }
 
-  // False if the wrap transform does not allow the range.
-  bool find_range(AttributeFields& out) const {
-    out.wrap_min = out.wrap_max = 0;
-    for (uint32_t i = 0; i < on_.sequence.count; ++i)
-      for (uint32_t k = 0; k < on_.components(); ++k) {
-        const int32_t number = value(i)[k];
-        const bool is_first = i == 0 && k == 0;
-        out.wrap_min = is_first ? number : std::min(out.wrap_min, number);
-        out.wrap_max = is_first ? number : std::max(out.wrap_max, number);
-      }
-    return int64_t{out.wrap_max} - out.wrap_min < 0x7fffffff;
-  }
-
-  // Of the corrections that give the same value, modulo the number of values in the range, the one nearest to
-  // 0.
-  static int64_t wrapped(int32_t number, int32_t predicted, const AttributeFields& range) {
-    const int64_t modulus = int64_t{range.wrap_max} - range.wrap_min + 1;
-    const int64_t highest = (modulus - 1) / 2, lowest = -(modulus / 2);
-    const int64_t correction = int64_t{number} - std::clamp(predicted, range.wrap_min, range.wrap_max);
-    return correction > highest  ? correction - modulus
-           : correction < lowest ? correction + modulus
-                                 : correction;
-  }
-
-  std::vector<int32_t> zeros_;
-  core::PredictedValues<uint32_t, 0> on_;
+  const core::Group<uint32_t>& group_;
   const core::Attribute<uint32_t>& attribute_;
   const core::PredictionData& data_;
 };

@@ -18,6 +18,11 @@ inline constexpr int kLevelBeforeLevels = 11;
 // The level of symbols that are not an attribute's.
 inline constexpr int kDefaultSymbolLevel = 7;
 
+// Writes a number of 32 bits, little-endian.
+inline void append_u32(uint32_t value, std::vector<uint8_t>& out) {
+  for (uint32_t i = 0; i < 4; ++i) out.push_back(static_cast<uint8_t>(value >> 8 * i));
+}
+
 // Writes the number of bytes of a block, and the block.
 void append_block(std::span<const uint8_t> block, std::vector<uint8_t>& out);
 

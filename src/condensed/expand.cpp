@@ -220,21 +220,13 @@ class StreamExpander {
   }
   // Groups with the same table and the same walk have the same order, but each has memory of its own here.
   Fault find_sequence(core::Group<uint32_t>& group) {
-    using Walk = core::DepthFirstTraversal<uint32_t>;
-    const uint32_t faces = decoded_.face_count, count = group.table.vertex_count;
-    const size_t walk_bytes = group.by_prediction_degree
-                                  ? core::PredictionDegreeTraversal<uint32_t>::bytes(faces, count)
-                                  : Walk::bytes(faces);
-    const size_t size = core::Sequence<uint32_t>::bytes(count) + walk_bytes;
+    const uint32_t count = group.table.vertex_count;
+    const size_t size = core::Sequence<uint32_t>::bytes(count) +
+                        core::traverse_bytes<uint32_t>(group.by_prediction_degree, decoded_.face_count, count);
     sequences_.emplace_back(new uint8_t[size]);
     core::Arena arena(sequences_.back().get(), size);
     if (!group.sequence.allocate(count, arena)) return Fault::kWorkspace;
-    if (group.by_prediction_degree)
-      return core::traverse_by_prediction_degree(group.table, arena, group.sequence);
-    Walk walk;
-    if (const Fault fault = walk.start(group.table, arena, group.sequence); fault != Fault::kNone) return fault;
-    while (walk.steps_left() > 0) walk.step();
-    return walk.finish();
+    return core::traverse(group.table, group.by_prediction_degree, arena, group.sequence);
   }
 
   const CondensedPatch& patch_;

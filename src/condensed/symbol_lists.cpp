@@ -56,12 +56,16 @@ Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
   return lists;
 }
 
-Status list_symbols(DracoFields& fields) {
+void fill_lists(const std::vector<uint8_t>& lists, DracoFields& fields) {
   for (std::vector<uint8_t>& list : fields.symbol_lists) list.clear();
+  for (size_t i = fields.symbols.size(); i-- > 1;)
+    fields.symbol_lists[lists[i]].push_back(static_cast<uint8_t>(core::number_of_clers(fields.symbols[i])));
+}
+
+Status list_symbols(DracoFields& fields) {
   const Expected<std::vector<uint8_t>> lists = lists_of_symbols(fields);
   if (!lists) return lists.status();
-  for (size_t i = fields.symbols.size(); i-- > 1;)
-    fields.symbol_lists[(*lists)[i]].push_back(static_cast<uint8_t>(core::number_of_clers(fields.symbols[i])));
+  fill_lists(*lists, fields);
   return {};
 }
 

@@ -73,4 +73,7 @@ uint32_t component_count(const DracoFields& fields);
 // form a mesh.
 Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields);
 
+// Fills symbol_lists from `symbols` and the list of each.
+void fill_lists(const std::vector<uint8_t>& lists, DracoFields& fields);
+
 }  // namespace psplit

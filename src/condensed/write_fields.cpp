@@ -80,13 +80,13 @@ class FieldsWriter {
     return {};
   }
   Status orientations() {
-    append_u32(static_cast<uint32_t>(attribute().same_orientations.size()));
+    append_u32(static_cast<uint32_t>(attribute().same_orientations.size()), out_);
     encode_flags(attribute().same_orientations, out_);
     return {};
   }
   Status wrap() {
-    append_u32(static_cast<uint32_t>(attribute().wrap_min));
-    append_u32(static_cast<uint32_t>(attribute().wrap_max));
+    append_u32(static_cast<uint32_t>(attribute().wrap_min), out_);
+    append_u32(static_cast<uint32_t>(attribute().wrap_max), out_);
     return {};
   }
   Status flips() {
@@ -140,10 +140,6 @@ class FieldsWriter {
       const std::vector<uint32_t> symbols(list.begin(), list.end());
       encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_);
     }
-  }
-
-  void append_u32(uint32_t value) {
-    for (uint32_t i = 0; i < 4; ++i) out_.push_back(static_cast<uint8_t>(value >> 8 * i));
   }
 
   bool next_attribute() { return attribute_count_++ < fields_.attributes.size(); }

@@ -18,6 +18,7 @@ class OctahedralGrid {
       : max_quantized_((1 << bits) - 1), max_((1 << bits) - 2), center_(max_ / 2) {}
 
   PSPLIT_HD uint32_t max_quantized() const { return static_cast<uint32_t>(max_quantized_); }
+  PSPLIT_HD int32_t center() const { return center_; }
 
   // Applies a correction to a predicted value. Canonicalized coding first turns the predicted value into the
   // bottom left quadrant, so that corrections of all four quadrants have the same statistics. The direction of
@@ -57,6 +58,11 @@ class OctahedralGrid {
     if (sum == 0) z = 0;
     if (v.z < 0) z = -z;
     if (flip) x = -x, y = -y, z = -z;
+    return place_of(x, y, z);
+  }
+
+  // The place of a point of the octahedron: the magnitudes of its coordinates have the sum center().
+  PSPLIT_HD Vec2 place_of(int32_t x, int32_t y, int32_t z) const {
     if (x >= 0) return canonical({y + center_, z + center_});
     const auto abs_y = static_cast<int32_t>(magnitude(y)), abs_z = static_cast<int32_t>(magnitude(z));
     return canonical({y < 0 ? abs_z : max_ - abs_z, z < 0 ? abs_y : max_ - abs_y});

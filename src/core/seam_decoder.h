@@ -32,6 +32,13 @@ class SeamDecoder {
   }
   PSPLIT_HD View<BitSteps> steps() const { return steps_; }
 
+  // The same for an encoder, which sets the bits of each edge.
+  Fault start(uint32_t count, const Connectivity<Index>& mesh, Arena& arena) {
+    count_ = count;
+    return list_edges(SerialLanes(), mesh, arena);
+  }
+  View<const Index> edges() const { return inner_edges_; }
+
   // The same for the `count` attribute data of a condensed stream. `section` is behind the symbols.
   // Collective.
   template <Lanes L>

@@ -7,6 +7,77 @@
 
 namespace psplit::core {
 
+// The two places in the texture where the tip of a triangle may be, on both sides of the edge from n to p whose
+// texture coordinates are known. The triangle in space is scaled and turned so that its edge fits. All numbers
+// are integers: coordinates in the texture are scaled by |pn|^2 until the last step.
+//
+//        tip
+//        /| `.        The foot is found along the edge. The tip is above or below it: the
+//       / |   `.      orientation says which.
+//      n--+-----p
+//       foot
+//
+// An edge without length in the texture or in space places nothing. Products of coordinates of many bits may
+// overflow. libdraco refuses some of these triangles, more of them in newer versions, and wraps around for the
+// others. So does this, as its oldest version. Edges of 2^31 steps are refused.
+class TipPlaces {
+ public:
+  // Sets is_placed if there are places. n and p are texture coordinates, at(corner) a position.
+  template <typename Index, typename At>
+  PSPLIT_HD Fault find(Index tip, const int32_t* n, const int32_t* p, At at, bool& is_placed) {
+    constexpr uint64_t kMost = ~uint64_t{0} >> 1;
+    const int64_t edge_s = int64_t{p[0]} - n[0], edge_t = int64_t{p[1]} - n[1];
+    if (edge_s == 0 && edge_t == 0) return Fault::kNone;
+    const Vec3 n_at = at(next(tip)), pn = minus(at(previous(tip)), n_at);
+    const uint64_t pn_square = dot(pn, pn);
+    if (pn_square == 0) return Fault::kNone;
+    const Vec3 tip_at = at(tip), cn = minus(tip_at, n_at);
+    const auto along = static_cast<int64_t>(dot(pn, cn));
+    scale_ = static_cast<int64_t>(pn_square);
+    const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
+    const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
+    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || scale_ <= 0)
+      return Fault::kPrediction;
+    foot_s_ = product(n[0], scale_) + product(along, edge_s);
+    foot_t_ = product(n[1], scale_) + product(along, edge_t);
+    const Vec3 foot{quotient(product(along, pn.x)), quotient(product(along, pn.y)),
+                    quotient(product(along, pn.z))};  // from n on
+    const Vec3 height = minus(tip_at, plus(n_at, foot));
+    const auto length = static_cast<int64_t>(integer_sqrt(dot(height, height) * pn_square));
+    up_s_ = product(edge_t, length);
+    up_t_ = product(-edge_s, length);
+    is_placed = true;
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD void place(bool up, int64_t& s, int64_t& t) const {
+    s = quotient(up ? foot_s_ + up_s_ : foot_s_ - up_s_);
+    t = quotient(up ? foot_t_ + up_t_ : foot_t_ - up_t_);
+  }
+
+ private:
+  PSPLIT_HD static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
+  PSPLIT_HD int64_t quotient(uint64_t a) const { return static_cast<int64_t>(a) / scale_; }
+
+  int64_t scale_ = 1;
+  uint64_t foot_s_ = 0, foot_t_ = 0, up_s_ = 0, up_t_ = 0;
+};
+
+// Finds the places of texture coordinate i if both other values of its triangle are known. `otherwise` is what
+// predicts it if there are no places: the value at the next corner, or the value before.
+template <typename Index>
+PSPLIT_HD inline Fault find_texture_places(const PredictedValues<Index, 2>& on,
+                                           const Positions<Index>& positions, uint32_t i, TipPlaces& places,
+                                           bool& is_placed, const int32_t*& otherwise) {
+  const Index tip = on.sequence.corner[i];
+  const bool has_next = on.rank_at(next(tip)) < i, has_previous = on.rank_at(previous(tip)) < i;
+  otherwise = has_next ? on.at(next(tip)) : on.before(i);
+  if (!has_next || !has_previous) return Fault::kNone;
+  return places.find(
+      tip, on.at(next(tip)), on.at(previous(tip)), [&](Index corner) { return positions.at(corner); },
+      is_placed);
+}
+
 template <typename Index>
 class TexCoordsPredictor {
  public:
@@ -16,14 +87,19 @@ class TexCoordsPredictor {
 
   PSPLIT_HD Fault predict() {
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
-      const Index tip = on_.sequence.corner[i];
-      const bool has_next = on_.rank_at(next(tip)) < i, has_previous = on_.rank_at(previous(tip)) < i;
-      const int32_t* predicted = has_next ? on_.at(next(tip)) : on_.before(i);
+      TipPlaces places;
+      bool is_placed = false;
+      const int32_t* predicted = nullptr;
+      if (const Fault fault = find_texture_places(on_, positions_, i, places, is_placed, predicted);
+          fault != Fault::kNone)
+        return fault;
       int32_t placed[2];
-      if (has_next && has_previous) {
-        bool is_placed = false;
-        if (const Fault fault = place_tip(tip, placed, is_placed); fault != Fault::kNone) return fault;
-        if (is_placed) predicted = placed;
+      if (is_placed) {
+        if (orientations_left_ == 0) return Fault::kPrediction;
+        int64_t s = 0, t = 0;
+        places.place(orientations_[--orientations_left_] != 0, s, t);
+        placed[0] = static_cast<int32_t>(s), placed[1] = static_cast<int32_t>(t);
+        predicted = placed;
       }
       on_.correct(i, predicted);
     }
@@ -31,51 +107,6 @@ class TexCoordsPredictor {
   }
 
  private:
-  // Scales and turns the triangle in space so that its edge fits the edge from n to p, whose texture
-  // coordinates are known. All numbers are integers: coordinates in the texture are scaled by |pn|^2 until the
-  // last step.
-  //
-  //        tip
-  //        /| `.        The foot is found along the edge. The tip is above or below it: the
-  //       / |   `.      orientation says which.
-  //      n--+-----p
-  //       foot
-  //
-  // An edge without length in the texture or in space places nothing. Products of coordinates of many bits may
-  // overflow. libdraco refuses some of these triangles, more of them in newer versions, and wraps around for
-  // the others. So does this, as its oldest version. Edges of 2^31 steps are refused.
-  PSPLIT_HD Fault place_tip(Index tip, int32_t* out, bool& is_placed) {
-    constexpr uint64_t kMost = ~uint64_t{0} >> 1;
-    const int32_t *n = on_.at(next(tip)), *p = on_.at(previous(tip));
-    const int64_t edge_s = int64_t{p[0]} - n[0], edge_t = int64_t{p[1]} - n[1];
-    if (edge_s == 0 && edge_t == 0) return Fault::kNone;
-    const Vec3 n_at = positions_.at(next(tip)), pn = minus(positions_.at(previous(tip)), n_at);
-    const uint64_t pn_square = dot(pn, pn);
-    if (pn_square == 0) return Fault::kNone;
-    const Vec3 tip_at = positions_.at(tip), cn = minus(tip_at, n_at);
-    const auto along = static_cast<int64_t>(dot(pn, cn)), scale = static_cast<int64_t>(pn_square);
-    const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
-    const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
-    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || scale <= 0 ||
-        orientations_left_ == 0)
-      return Fault::kPrediction;
-    const uint64_t foot_s = product(n[0], scale) + product(along, edge_s);
-    const uint64_t foot_t = product(n[1], scale) + product(along, edge_t);
-    const Vec3 foot{quotient(product(along, pn.x), scale), quotient(product(along, pn.y), scale),
-                    quotient(product(along, pn.z), scale)};  // from n on
-    const Vec3 height = minus(tip_at, plus(n_at, foot));
-    const auto length = static_cast<int64_t>(integer_sqrt(dot(height, height) * pn_square));
-    const bool up = orientations_[--orientations_left_] != 0;
-    const uint64_t up_s = product(edge_t, length), up_t = product(-edge_s, length);
-    out[0] = static_cast<int32_t>(quotient(up ? foot_s + up_s : foot_s - up_s, scale));
-    out[1] = static_cast<int32_t>(quotient(up ? foot_t + up_t : foot_t - up_t, scale));
-    is_placed = true;
-    return Fault::kNone;
-  }
-
-  PSPLIT_HD static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
-  PSPLIT_HD static int64_t quotient(uint64_t a, int64_t b) { return static_cast<int64_t>(a) / b; }
-
   const WrappedValues<Index, 2>& on_;
   const Positions<Index>& positions_;
   View<const uint8_t> orientations_;

@@ -371,4 +371,23 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
   return walk.finish();
 }
 
+// Makes the whole walk of either kind at once, for one thread. On success the arena is as before afterwards.
+template <typename Index>
+Fault traverse(const AttributeTable<Index>& attribute, bool by_prediction_degree, Arena& arena,
+               const Sequence<Index>& out) {
+  if (by_prediction_degree) return traverse_by_prediction_degree(attribute, arena, out);
+  const size_t mark = arena.mark();
+  DepthFirstTraversal<Index> walk;
+  if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
+  while (walk.steps_left() > 0) walk.step();
+  arena.release(mark);
+  return walk.finish();
+}
+// The memory that it takes and releases.
+template <typename Index>
+size_t traverse_bytes(bool by_prediction_degree, uint32_t face_count, uint64_t vertex_count) {
+  return by_prediction_degree ? PredictionDegreeTraversal<Index>::bytes(face_count, vertex_count)
+                              : DepthFirstTraversal<Index>::bytes(face_count);
+}
+
 }  // namespace psplit::core

@@ -54,6 +54,27 @@ TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
   }
 }
 
+// libdraco and the encoder of our own write the same container, with a residue or without.
+TEST(EncodeMesh, BothEncodersWriteTheSameBytes) {
+  EncodeOptions options;
+  for (const NamedMesh& named : all_meshes()) {
+    if (named.mesh.faces.size() > 20000) continue;
+    const std::vector<AttributeCoding> codings = default_codings(named.mesh, false).codings;
+    for (const uint32_t patch_count : {1u, 5u, 40u})
+      for (const int speed : {0, 5, 10}) {
+        SCOPED_TRACE(named.name + " in " + std::to_string(patch_count) + " patches");
+        options.patch_count = patch_count;
+        options.encode_speed = speed;
+        options.by_libdraco = false;
+        const EncodedMesh ours = must(encode_mesh(named.mesh, codings, options, ThreadPool(2)));
+        options.by_libdraco = true;
+        const EncodedMesh reference = must(encode_mesh(named.mesh, codings, options, ThreadPool(2)));
+        EXPECT_EQ(ours.container, reference.container);
+        EXPECT_EQ(ours.source_point, reference.source_point);
+      }
+  }
+}
+
 // The squared distance from a point to the nearest one that the faces of a patch use, and twice their area.
 std::pair<double, double> distance_and_area(const PatchContainer& container, const Mesh& decoded,
                                             uint32_t patch, const std::array<double, 3>& from) {

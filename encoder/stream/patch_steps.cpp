@@ -1,10 +1,11 @@
+#include "encoder/stream/patch_steps.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/patch_stream.h"
 
 namespace psplit {
 namespace {

@@ -1,7 +1,7 @@
 // What libdraco's encoder cannot predict, and what it would need too much memory for.
+#include "encoder/stream/patch_steps.h"
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/patch_stream.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/welding/weld.h"

@@ -1,0 +1,166 @@
+#include "encoder/stream/attribute_plan.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+#include "src/condensed/entropy_encoder.h"
+#include "src/container/bit_string.h"
+
+namespace psplit {
+namespace {
+
+using core::Coding, core::Scheme, core::Transform;
+
+Coding coding_of(const Attribute& attribute, const AttributeCoding& coding) {
+  if (attribute.component_type != ComponentType::kFloat32) return Coding::kInteger;
+  if (coding.bits <= 0) return Coding::kRaw;
+  return draco_semantic(attribute, coding) == DracoSemantic::kNormal ? Coding::kNormal : Coding::kQuantized;
+}
+
+// Whether libdraco predicts texture coordinates of this many bits from these positions.
+bool predicts_texture(const AttributePlan& positions, int texture_bits) {
+  constexpr int kMostBits = 21, kMostProductBits = 63;
+  if (positions.description.coding == Coding::kInteger) return true;
+  const int bits = positions.description.bits;
+  return positions.description.coding == Coding::kQuantized && bits <= kMostBits &&
+         2 * bits + texture_bits <= kMostProductBits;
+}
+
+// The numbers are libdraco's choices by speed.
+Scheme choose_scheme(const AttributePlan& plan, const AttributePlan& positions, const StreamTraits& traits,
+                     const std::function<bool(size_t)>& texture_may_overflow) {
+  constexpr int kFastest = 10, kFromPositions = 4, kByDifference = 8, kOneParallelogram = 2;
+  constexpr uint32_t kFewPoints = 40;
+  if (plan.description.coding == Coding::kRaw) return Scheme::kNone;
+  // Without a corner table, whatever was chosen becomes a difference.
+  if (traits.speed >= kFastest || traits.is_sequential) return Scheme::kDifference;
+  const auto semantic = static_cast<DracoSemantic>(plan.description.semantic);
+  const bool from_positions = traits.speed < kFromPositions;
+  if (semantic == DracoSemantic::kTexCoord && plan.description.coding == Coding::kQuantized && from_positions) {
+    if (texture_may_overflow(plan.source)) return Scheme::kParallelogram;
+    if (predicts_texture(positions, plan.description.bits)) return Scheme::kTexCoords;
+  }
+  if (semantic == DracoSemantic::kNormal)
+    return from_positions && positions.description.coding != Coding::kRaw ? Scheme::kGeometricNormal
+                                                                          : Scheme::kDifference;
+  if (traits.speed >= kByDifference) return Scheme::kDifference;
+  return traits.speed >= kOneParallelogram || traits.point_count < kFewPoints
+             ? Scheme::kParallelogram
+             : Scheme::kConstrainedMultiParallelogram;
+}
+
+void append_float(float value, std::vector<uint8_t>& out) { append_u32(std::bit_cast<uint32_t>(value), out); }
+
+}  // namespace
+
+DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding) {
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (attribute.semantic == "POSITION") return DracoSemantic::kPosition;
+  if (attribute.semantic == "NORMAL" && coding.octahedral) return DracoSemantic::kNormal;
+  if (starts("TEXCOORD_") && attribute.component_count == 2) return DracoSemantic::kTexCoord;
+  if (starts("COLOR_")) return DracoSemantic::kColor;
+  return DracoSemantic::kGeneric;
+}
+
+std::vector<size_t> attribute_order(const Mesh& mesh) {
+  std::vector<size_t> order(mesh.attributes.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_partition(order.begin(), order.end(),
+                        [&](size_t i) { return mesh.attributes[i].semantic == "POSITION"; });
+  return order;
+}
+
+std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                           const StreamTraits& traits,
+                                           const std::function<bool(size_t)>& texture_may_overflow) {
+  std::vector<AttributePlan> plans;
+  for (const size_t i : attribute_order(mesh)) {
+    const Attribute& attribute = mesh.attributes[i];
+    AttributePlan& plan = plans.emplace_back();
+    plan.source = i;
+    core::Attribute<uint32_t>& description = plan.description;
+    description.semantic = static_cast<uint8_t>(draco_semantic(attribute, codings[i]));
+    description.type = stored_type(attribute.component_type);
+    description.components = attribute.component_count;
+    description.normalized = attribute.normalized;
+    description.unique_id = static_cast<uint32_t>(plans.size() - 1);
+    description.coding = coding_of(attribute, codings[i]);
+    if (description.coding == Coding::kQuantized || description.coding == Coding::kNormal)
+      description.bits = static_cast<uint8_t>(codings[i].bits);
+    if (description.coding == Coding::kQuantized) {
+      description.range = codings[i].range;
+      plan.origin = codings[i].origin;
+    }
+    if (description.coding == Coding::kNormal) plan.transform = Transform::kOctahedronCanonicalized;
+    plan.scheme = choose_scheme(plan, plans[0], traits, texture_may_overflow);
+  }
+  return plans;
+}
+
+void append_description(const AttributePlan& plan, std::vector<uint8_t>& out) {
+  const core::Attribute<uint32_t>& description = plan.description;
+  out.insert(out.end(), {description.semantic, static_cast<uint8_t>(description.type), description.components,
+                         static_cast<uint8_t>(description.normalized)});
+  append_varint(description.unique_id, out);
+}
+
+void append_scheme(const AttributePlan& plan, std::vector<uint8_t>& out) {
+  if (plan.description.coding == Coding::kRaw) return;
+  out.push_back(static_cast<uint8_t>(plan.scheme));
+  if (plan.is_predicted()) out.push_back(static_cast<uint8_t>(plan.transform));
+  constexpr uint8_t kEntropyCoded = 1;
+  out.push_back(kEntropyCoded);
+}
+
+void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out) {
+  if (plan.description.coding != Coding::kNormal || !plan.is_predicted()) return;
+  const core::OctahedralGrid grid(plan.description.bits);
+  append_u32(grid.max_quantized(), out);
+  append_u32(static_cast<uint32_t>(grid.center()), out);
+}
+
+void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out) {
+  const core::Attribute<uint32_t>& description = plan.description;
+  if (description.coding == Coding::kQuantized) {
+    for (const float origin : plan.origin) append_float(origin, out);
+    append_float(description.range, out);
+  }
+  if (description.coding == Coding::kQuantized || description.coding == Coding::kNormal)
+    out.push_back(description.bits);
+}
+
+std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, int speed, bool is_valence,
+                                          std::span<const uint8_t> has_seams) {
+  // The version, a mesh, Edgebreaker, and flags of which none is set.
+  std::vector<uint8_t> out = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0};
+  constexpr uint8_t kStandard = 0, kValence = 2, kDepthFirst = 0, kPredictionDegree = 1;
+  out.push_back(is_valence ? kValence : kStandard);
+  out.push_back(static_cast<uint8_t>(has_seams.size()));
+  const bool is_one_group = speed >= kSpeedOfOneTable;
+  const size_t group_count = is_one_group ? 1 : plans.size(), group_size = is_one_group ? plans.size() : 1;
+  out.push_back(static_cast<uint8_t>(group_count));
+  constexpr uint8_t kNoData = 0xff;
+  for (size_t group = 0; group < group_count; ++group) {
+    out.push_back(group == 0 ? kNoData : static_cast<uint8_t>(group - 1));
+    out.push_back(group == 0 || has_seams[group - 1] == 0 ? 0 : 1);  // whether it has a table of its own
+    out.push_back(group == 0 && speed == 0 ? kPredictionDegree : kDepthFirst);
+  }
+  const auto group_of = [&](size_t group) { return plans.subspan(group * group_size, group_size); };
+  for (size_t group = 0; group < group_count; ++group) {
+    append_varint(group_size, out);
+    for (const AttributePlan& plan : group_of(group)) append_description(plan, out);
+    for (const AttributePlan& plan : group_of(group))
+      out.push_back(static_cast<uint8_t>(plan.description.coding));
+  }
+  for (size_t group = 0; group < group_count; ++group) {
+    for (const AttributePlan& plan : group_of(group)) {
+      append_scheme(plan, out);
+      append_prediction_grid(plan, out);
+    }
+    for (const AttributePlan& plan : group_of(group)) append_transform(plan, out);
+  }
+  return out;
+}
+
+}  // namespace psplit

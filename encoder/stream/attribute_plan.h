@@ -1,0 +1,73 @@
+// How libdraco's encoder codes the attributes of a mesh, and the bytes that say so.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "src/container/stream_description.h"
+#include "src/core/attributes.h"
+#include "src/core/prediction_data.h"
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+// Draco's attribute type, which selects the prediction. Normals that are not on the octahedral grid, and
+// texture coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
+DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding);
+
+// Indices of the mesh's attributes in the order of their unique ids, which is that of the stream: POSITION
+// first.
+std::vector<size_t> attribute_order(const Mesh& mesh);
+
+// What the choices depend on, besides the attributes.
+struct StreamTraits {
+  int speed = 5;             // 0 to 10
+  uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
+  bool is_sequential = false;
+};
+
+// The speed from which on Edgebreaker cuts the mesh at all seams, and attributes share a table and a group.
+inline constexpr int kSpeedOfOneTable = 6;
+
+// How an attribute is stored.
+struct AttributePlan {
+  size_t source = 0;  // its index in the mesh
+  // semantic, type, components, normalized, unique_id, coding, bits; and range, with `origin`.
+  core::Attribute<uint32_t> description;
+  std::vector<float> origin;  // of kQuantized
+  core::Scheme scheme = core::Scheme::kNone;
+  core::Transform transform = core::Transform::kWrap;
+
+  bool is_predicted() const { return scheme != core::Scheme::kNone; }
+};
+
+// The plans of the attributes in the order of the stream. The grids of kQuantized are those of the codings:
+// set_stream_grid (attribute_values.h) makes them libdraco's. texture_may_overflow(i) says for an attribute of
+// the mesh that has texture coordinates whether to predict them by parallelogram, because products with
+// positions may exceed 64 bits.
+std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                           const StreamTraits& traits,
+                                           const std::function<bool(size_t)>& texture_may_overflow);
+
+// The level of compression that libdraco's symbol encoder is told (DracoFields::symbol_level).
+constexpr int symbol_level_of(int speed) { return 10 - speed; }
+
+// The literal bytes of an attribute in a stream. Each function appends to `out`.
+void append_description(const AttributePlan& plan, std::vector<uint8_t>& out);
+// In front of the symbols, and behind the fields of a prediction: its octahedral grid. Nothing if values are
+// raw.
+void append_scheme(const AttributePlan& plan, std::vector<uint8_t>& out);
+void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out);
+// What turns integers into values.
+void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
+
+// The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
+// data, which are the attributes behind the first at speeds below kSpeedOfOneTable, whether an edge is on a
+// seam of theirs; empty from that speed on.
+std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, int speed, bool is_valence,
+                                          std::span<const uint8_t> has_seams);
+
+}  // namespace psplit

@@ -1,0 +1,129 @@
+#include "encoder/stream/attribute_values.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "encoder/coding/quantization.h"
+#include "src/core/octahedral.h"
+
+namespace psplit {
+namespace {
+
+template <typename T>
+T component_at(const Attribute& source, uint32_t row, size_t component) {
+  T value;
+  std::memcpy(&value, source.values.data() + row * source.stride() + component * sizeof(T), sizeof(T));
+  return value;
+}
+
+template <typename T>
+bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int32_t* out) {
+  constexpr uint32_t kMost = 0x7fffffff;
+  const size_t components = source.component_count, stride = core::value_stride(source.component_count);
+  bool fits = true;
+  for (const uint32_t row : rows) {
+    for (size_t k = 0; k < components; ++k) {
+      const T value = component_at<T>(source, row, k);
+      if constexpr (sizeof(T) == sizeof(uint32_t)) fits = fits && value <= kMost;
+      out[k] = static_cast<int32_t>(value);
+    }
+    out += stride;
+  }
+  return fits;
+}
+
+// A direction as a place on an octahedral grid. All numbers are doubles, as in libdraco, except the components
+// of the direction: a product with the reciprocal of the sum, not a quotient; a half is added before a number
+// is rounded down.
+core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&direction)[3]) {
+  constexpr double kLeast = 1e-6;
+  const double length =
+      std::fabs(double{direction[0]}) + std::fabs(double{direction[1]}) + std::fabs(double{direction[2]});
+  double scaled[3] = {1, 0, 0};
+  if (length > kLeast) {
+    const double scale = 1.0 / length;
+    for (size_t k = 0; k < 3; ++k) scaled[k] = double{direction[k]} * scale;
+  }
+  const auto center = static_cast<double>(grid.center());
+  const auto whole = [&](double number) { return static_cast<int32_t>(std::floor(number * center + 0.5)); };
+  const int32_t x = whole(scaled[0]);
+  int32_t y = whole(scaled[1]), z = grid.center() - std::abs(x) - std::abs(y);
+  if (z < 0) {
+    y += y > 0 ? z : -z;
+    z = 0;
+  }
+  return grid.place_of(x, y, scaled[2] < 0 ? -z : z);
+}
+
+}  // namespace
+
+void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
+                     AttributePlan& plan) {
+  const GridExtremes extremes = grid_extremes(coding).value_or(GridExtremes{coding.origin, coding.origin});
+  plan.origin.assign(source.component_count, 0);
+  float range = 0;
+  for (size_t k = 0; k < source.component_count; ++k) {
+    // libdraco replaces the least value only by a smaller one, and compares the values of rows in their order,
+    // then the extremes. So the least is the one of the lowest row, also if zeros have different signs.
+    float low = extremes.low[k], high = extremes.high[k];
+    uint32_t low_row = ~uint32_t{0};
+    for (const uint32_t row : rows) {
+      const auto value = component_at<float>(source, row, k);
+      if (value < low || (value == low && row < low_row)) low = value, low_row = row;
+      if (value > high) high = value;
+    }
+    plan.origin[k] = low;
+    if (high - low > range) range = high - low;
+  }
+  plan.description.range = range == 0 ? 1.0f : range;
+}
+
+Status write_integers(const Attribute& source, const AttributePlan& plan, std::span<const uint32_t> rows,
+                      std::span<int32_t> out) {
+  const core::Attribute<uint32_t>& description = plan.description;
+  int32_t* to = out.data();
+  if (description.coding == core::Coding::kNormal) {
+    const core::OctahedralGrid grid(description.bits);
+    for (const uint32_t row : rows) {
+      float direction[3];
+      std::memcpy(direction, source.values.data() + row * sizeof direction, sizeof direction);
+      const core::Vec2 place = octahedral_place(grid, direction);
+      to[0] = place.s, to[1] = place.t;
+      to += core::value_stride(2);
+    }
+    return {};
+  }
+  if (description.coding == core::Coding::kQuantized) {
+    const size_t stride = core::value_stride(source.component_count);
+    for (const uint32_t row : rows) {
+      for (size_t k = 0; k < source.component_count; ++k)
+        to[k] = static_cast<int32_t>(grid_place(component_at<float>(source, row, k), plan.origin[k],
+                                                description.range, description.bits));
+      to += stride;
+    }
+    return {};
+  }
+  bool fits = true;
+  switch (source.component_type) {
+    case ComponentType::kInt8: fits = copy_integers<int8_t>(source, rows, to); break;
+    case ComponentType::kUint8: fits = copy_integers<uint8_t>(source, rows, to); break;
+    case ComponentType::kInt16: fits = copy_integers<int16_t>(source, rows, to); break;
+    case ComponentType::kUint16: fits = copy_integers<uint16_t>(source, rows, to); break;
+    case ComponentType::kUint32: fits = copy_integers<uint32_t>(source, rows, to); break;
+    case ComponentType::kFloat32: fits = false; break;
+  }
+  return fits ? Status() : unsupported(source.semantic + ": an integer above 2^31 - 1");
+}
+
+std::vector<uint8_t> raw_values(const Attribute& source, std::span<const uint32_t> rows) {
+  const size_t stride = source.stride();
+  std::vector<uint8_t> bytes(rows.size() * stride);
+  uint8_t* to = bytes.data();
+  for (const uint32_t row : rows) {
+    std::memcpy(to, source.values.data() + row * stride, stride);
+    to += stride;
+  }
+  return bytes;
+}
+
+}  // namespace psplit

@@ -1,0 +1,33 @@
+// Encodes one patch, or a whole mesh, as one Edgebreaker stream: the bytes that libdraco's encoder writes.
+//
+//   encode_connectivity.h  faces -> the fields of the connectivity, and the tables that a decoder will have
+//   encode_attributes.h    values -> the fields of the attributes, which are predicted on these tables
+//   src/condensed          all fields -> bytes
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "encoder/stream/patch_mesh.h"
+#include "encoder/welding/weld.h"
+#include "src/container/decode_backend.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// How to request each attribute of the mesh, in order, from a decoder of any stream of it. Draco's unique id of
+// POSITION is 0; those of the others follow in their order.
+std::vector<AttributeRequest> stream_requests(const Mesh& mesh);
+
+// Decodes a stream of the mesh, or of a part of it. Errors: kRuntimeFailure.
+Expected<Mesh> decode_stream(const Mesh& mesh, std::span<const uint8_t> bytes);
+
+// Faces that use a vertex twice are left out. With `with_values`, the stream is decoded. Errors: kInvalidInput
+// if there are no others; kUnsupported for values that no decoder would read back, as in libdraco. Thread-safe.
+Expected<EncodedPatch> encode_stream(const WeldedMesh& welded, const PatchMesh& patch,
+                                     std::span<const AttributeCoding> codings, int encode_speed,
+                                     bool with_values = false);
+
+}  // namespace psplit

@@ -1,0 +1,28 @@
+// The steps on the grids of a patch, where they are too many for libdraco's encoder.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "encoder/coding/attribute_coding.h"
+#include "encoder/stream/patch_mesh.h"
+#include "encoder/welding/weld.h"
+
+namespace psplit {
+
+// Whether libdraco's encoder would predict texture coordinates from positions with products that may exceed 64
+// bits. It then fails, or writes a stream that newer versions of its decoder refuse. That needs grids of many
+// bits, and edges about as long as the grid of positions. `texcoords` is the index of an attribute of the mesh
+// that has two components.
+bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& patch,
+                                     std::span<const AttributeCoding> codings, size_t texcoords,
+                                     int encode_speed);
+
+// About the memory that libdraco's encoder takes to count the symbols of an attribute: it has an entry for
+// every number up to the largest symbol. At speeds 0 and 1, which compare predictions, it takes eight times as
+// much (measured: 7.5). 0 if no grid has enough bits for more than 64 MB.
+uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
+                            std::span<const AttributeCoding> codings, int encode_speed);
+
+}  // namespace psplit

@@ -1,0 +1,22 @@
+// Sequential streams: faces as the numbers of their points, and values in the order of points.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/stream/encode_attributes.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// The stream that libdraco's encoder writes at this speed, 0 to 10. It keeps the order of points and faces, and
+// takes any face. Indices, points of the part, are compressed if that makes the stream smaller, and if
+// libdraco's decoder takes it: it refuses compressed indices of fewer than three bytes for each face in what
+// follows. Errors: kInvalidInput for no points; those of encode_attributes. Thread-safe.
+Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source,
+                                                       std::span<const std::array<uint32_t, 3>> faces,
+                                                       int speed);
+
+}  // namespace psplit

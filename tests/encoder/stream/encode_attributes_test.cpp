@@ -1,0 +1,223 @@
+// Plans, skeletons and integers of attributes are those of libdraco's encoder: from the values of a mesh and
+// the connectivity of its stream come the bytes of the stream.
+#include "encoder/stream/encode_attributes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "encoder/coding/position_bits.h"
+#include "encoder/coding/quantization.h"
+#include "encoder/draco/patch_stream.h"
+#include "encoder/stream/patch_steps.h"
+#include "tests/encoder/stream/decoded_values.h"
+#include "tests/support/default_codings.h"
+#include "tests/support/expect.h"
+#include "tests/support/procedural_meshes.h"
+#include "tests/support/reproducible_meshes.h"
+#include "tests/support/sanitizers.h"
+
+namespace psplit {
+namespace {
+
+constexpr size_t kTraversalAt = 11;  // in a skeleton
+constexpr uint8_t kValence = 2;
+
+// The fields of a stream, with the attributes' part made from the mesh.
+DracoFields make_fields(const DracoFields& stored, const WeldedMesh& welded, const PatchMesh& patch,
+                        std::span<const AttributeCoding> codings, int speed, const EncodedPatch& encoded) {
+  DecodedValues decoded;
+  must(decoded.decode(encoded.bytes) == core::Fault::kNone ? Status() : runtime_failure("not decoded"));
+  const core::Patch<uint32_t>& tables = decoded.patch();
+  std::vector<uint32_t> point_of_corner(tables.point_at.size());
+  for (uint32_t corner = 0; corner < point_of_corner.size(); ++corner)
+    if (corner % 4 != 3) point_of_corner[corner] = encoded.patch_point[tables.point_at[corner]];
+  const auto overflows = [&](size_t i) {
+    return texture_prediction_may_overflow(welded, patch, codings, i, speed);
+  };
+  EncodedAttributes attributes =
+      must(encode_attributes({welded, codings, patch.points_of_values()},
+                             {.speed = speed, .point_count = static_cast<uint32_t>(patch.points.size())},
+                             overflows, {tables.groups.data(), tables.groups.size()}, point_of_corner));
+  std::vector<uint8_t> has_seams;
+  for (const std::vector<uint8_t>& seams : stored.seams)
+    has_seams.push_back(std::ranges::count(seams, 1) > 0 ? 1 : 0);
+  DracoFields made = stored;
+  made.attributes = std::move(attributes.fields);
+  made.skeleton =
+      edgebreaker_skeleton(attributes.plans, speed, stored.skeleton[kTraversalAt] == kValence, has_seams);
+  made.symbol_level = symbol_level_of(speed);
+  return made;
+}
+
+// Returns whether libdraco has a stream of the mesh.
+bool expect_same_stream(const std::string& name, const Mesh& mesh, std::span<const AttributeCoding> codings,
+                        int speed) {
+  SCOPED_TRACE(name + ", speed " + std::to_string(speed));
+  WeldedMesh welded = weld(mesh, ThreadPool(1));
+  separate_flat_faces(welded);
+  const PatchMesh whole = whole_mesh(mesh);
+  const Expected<EncodedPatch> encoded = encode_edgebreaker(welded, whole, codings, speed);
+  if (!encoded) return false;
+  const DracoFields stored = must(read_fields(encoded->bytes));
+  const DracoFields made = make_fields(stored, welded, whole, codings, speed, *encoded);
+  EXPECT_EQ(made.skeleton, stored.skeleton);
+  for (size_t i = 0; i < stored.attributes.size(); ++i) {
+    EXPECT_EQ(made.attributes[i].symbols, stored.attributes[i].symbols) << "attribute " << i;
+    EXPECT_EQ(made.attributes[i].raw, stored.attributes[i].raw) << "attribute " << i;
+  }
+  EXPECT_EQ(must(write_fields(made)), encoded->bytes);
+  return true;
+}
+
+std::vector<AttributeCoding> codings_of_bits(const Mesh& mesh, int bits) {
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : mesh.attributes) {
+    AttributeCoding coding;
+    if (attribute.component_type == ComponentType::kFloat32) {
+      if (attribute.semantic == "NORMAL" && bits > 1)
+        coding = {bits, true, {}, 0};
+      else if (Expected<AttributeCoding> grid = fit_grid(attribute, bits))
+        coding = std::move(*grid);
+    }
+    codings.push_back(std::move(coding));
+  }
+  return codings;
+}
+
+TEST(EncodeAttributes, EveryMeshAtEverySpeedHasTheBytesOfLibdraco) {
+  size_t streams = 0;
+  for (const NamedMesh& named : all_meshes())
+    for (const bool lossless : {false, true}) {
+      const Coded coded = default_codings(named.mesh, lossless);
+      for (int speed = 0; speed <= 10; ++speed)
+        streams +=
+            expect_same_stream(named.name + (lossless ? ", lossless" : ""), named.mesh, coded.codings, speed);
+    }
+  RecordProperty("streams", std::to_string(streams));
+  EXPECT_GT(streams, 300u);
+}
+
+// libdraco's encoder counts symbols in tables that have an entry for every number up to the largest. So grids
+// of many bits are larger than the mesh, which has the numbers of kMostWidth bits.
+std::vector<AttributeCoding> codings_of_large_grids(const Mesh& mesh, int bits) {
+  constexpr int kMostWidth = 18;
+  std::vector<AttributeCoding> codings = codings_of_bits(mesh, bits);
+  for (AttributeCoding& coding : codings)
+    if (coding.octahedral)
+      coding.bits = std::min(bits, kMostWidth);
+    else if (bits > kMostWidth)
+      coding.range = std::ldexp(coding.range, bits - kMostWidth);
+  return codings;
+}
+
+TEST(EncodeAttributes, EveryNumberOfBitsHasTheBytesOfLibdraco) {
+  size_t streams = 0;
+  const Mesh sheet = make_sheet(24, 20), edges = long_edges();
+  for (int bits = 1; bits <= kMostPositionBits; ++bits)
+    for (const int speed : {0, 3, 5, 8})
+      for (const Mesh* mesh : {&sheet, &edges})
+        streams += expect_same_stream("bits " + std::to_string(bits), *mesh,
+                                      codings_of_large_grids(*mesh, bits), speed);
+  RecordProperty("streams", std::to_string(streams));
+  EXPECT_GT(streams, 200u);
+}
+
+// A sheet of few quads, some of which are missing. Corners at one place are one point or several, so that there
+// are seams. Attributes have any role, type and number of components; their values are smooth, few, or
+// anything.
+struct RandomMesh {
+  Mesh mesh;
+  std::vector<AttributeCoding> codings;
+};
+RandomMesh random_mesh(std::mt19937& random) {
+  const auto below = [&](uint32_t count) { return static_cast<uint32_t>(random()) % count; };
+  const auto unit = [&] { return static_cast<float>(below(1u << 24)) / 16777216.0f; };
+  const uint32_t columns = 1 + below(9), rows = 1 + below(9), copies = 1 + below(3);
+  RandomMesh made;
+  Faces faces = make_grid(columns, rows).faces;
+  const uint32_t places = (columns + 1) * (rows + 1);
+  for (auto& face : faces)
+    for (uint32_t& point : face) point += places * (below(4) == 0 ? below(copies) : 0);
+  for (uint32_t missing = below(4); missing > 0 && faces.size() > 1; --missing)
+    faces.erase(faces.begin() + below(static_cast<uint32_t>(faces.size())));
+  const float noise = below(3) == 0 ? 1.0f : 0.05f;
+  std::vector<float> at;
+  for (uint32_t place = 0; place < places; ++place)
+    at.insert(at.end(), {static_cast<float>(place % (columns + 1)) + noise * unit(),
+                         static_cast<float>(place / (columns + 1)) + noise * unit(), noise * unit()});
+  std::vector<float> positions;
+  for (uint32_t copy = 0; copy < copies; ++copy) positions.insert(positions.end(), at.begin(), at.end());
+  made.mesh = make_mesh(positions, faces);
+
+  const uint32_t points = made.mesh.point_count;
+  const auto add = [&](std::string semantic, uint32_t components, bool is_unit) {
+    const uint32_t kind = below(3);  // smooth, few, or anything
+    std::vector<float> values(size_t{points} * components);
+    for (uint32_t i = 0; i < values.size(); ++i) {
+      const uint32_t place = i / components % places;
+      values[i] = kind == 0   ? at[3 * place + i % components % 3] / 9.0f
+                  : kind == 1 ? static_cast<float>(below(2))
+                              : unit();
+    }
+    for (uint32_t point = 0; is_unit && point < points; ++point) {
+      float* const normal = &values[3 * size_t{point}];
+      for (uint32_t k = 0; k < 3; ++k) normal[k] = below(5) == 0 ? 0 : normal[k] - 0.5f;
+      const float length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+      for (uint32_t k = 0; k < 3; ++k) normal[k] = length == 0 ? (k == 2 ? -1.0f : 0.0f) : normal[k] / length;
+    }
+    if (!is_unit && below(3) == 0) {
+      std::vector<uint16_t> integers;
+      for (const float value : values) integers.push_back(static_cast<uint16_t>(value * 999.0f));
+      made.mesh.attributes.push_back(make_attribute(std::move(semantic), ComponentType::kUint16,
+                                                    static_cast<uint8_t>(components), below(2) == 0, integers));
+    } else {
+      made.mesh.attributes.push_back(
+          float_attribute(std::move(semantic), static_cast<uint8_t>(components), values));
+    }
+  };
+  if (below(2) == 0) add("NORMAL", 3, true);
+  if (below(2) == 0) add("TEXCOORD_0", 2, false);
+  if (below(3) == 0) add("COLOR_0", 3 + below(2), false);
+  if (below(3) == 0) add("_ANY", 1 + below(16), false);
+  for (const Attribute& attribute : made.mesh.attributes) {
+    AttributeCoding& coding = made.codings.emplace_back();
+    if (attribute.component_type != ComponentType::kFloat32 || below(8) == 0) continue;
+    const int bits = 1 + static_cast<int>(below(16));
+    if (attribute.semantic == "NORMAL" && bits > 1)
+      coding = {bits, true, {}, 0};
+    else
+      coding = must(fit_grid(attribute, bits));
+  }
+  return made;
+}
+
+TEST(EncodeAttributes, RandomMeshesHaveTheBytesOfLibdraco) {
+  size_t streams = 0;
+  for (uint32_t seed = 0; seed < fewer_with_sanitizers(3000); ++seed) {
+    std::mt19937 random(seed);
+    const RandomMesh made = random_mesh(random);
+    const int speed = seed % 2 == 0 ? static_cast<int>(seed / 2 % 4) : static_cast<int>(seed / 2 % 11);
+    streams += expect_same_stream("seed " + std::to_string(seed), made.mesh, made.codings, speed);
+    ASSERT_FALSE(HasFailure()) << "seed " << seed;
+  }
+  RecordProperty("streams", std::to_string(streams));
+  EXPECT_GT(streams, fewer_with_sanitizers(2000));
+}
+
+// libdraco stores the first of the least values, so the first zero decides the sign of the grid's origin.
+TEST(EncodeAttributes, TheOriginIsTheFirstZero) {
+  for (const float first : {0.0f, -0.0f}) {
+    std::vector<float> positions;
+    for (int i = 0; i < 9; ++i)
+      positions.insert(positions.end(),
+                       {i % 3 == 0 ? (i == 0 ? first : -first) : static_cast<float>(i % 3),
+                        static_cast<float>(i / 3), -static_cast<float>(i / 3 == 0 ? 0 : i / 3)});
+    const Mesh mesh = make_mesh(positions, make_grid(2, 2).faces);
+    for (const int speed : {0, 5, 7})
+      EXPECT_TRUE(expect_same_stream("zeros", mesh, codings_of_bits(mesh, 10), speed));
+  }
+}
+
+}  // namespace
+}  // namespace psplit
