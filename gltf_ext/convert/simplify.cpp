@@ -102,8 +102,8 @@ class JoinedMeshes {
                                 corners_.begin() + static_cast<std::ptrdiff_t>(first_corner_[m + 1]));
       if (own.empty()) continue;
       for (unsigned& corner : own) corner -= first;
-      const auto positions = std::span(positions_).subspan(
-          3 * first_point_[m], 3 * (first_point_[m + 1] - first_point_[m]));
+      const auto positions =
+          std::span(positions_).subspan(3 * first_point_[m], 3 * (first_point_[m + 1] - first_point_[m]));
       for (const unsigned corner : work(own, positions)) all.push_back(first + corner);
     }
     return all;
