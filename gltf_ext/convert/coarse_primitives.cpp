@@ -39,8 +39,8 @@ CoarsePrimitive gather(const Mesh& mesh, const std::vector<MorphAttribute>& morp
   coarse.mesh.faces = std::move(faces);
   for (const Attribute& attribute : mesh.attributes) {
     const size_t stride = attribute.stride();
-    Attribute& copy = coarse.mesh.attributes.emplace_back(
-        Attribute{attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
+    Attribute& copy = coarse.mesh.attributes.emplace_back(Attribute{
+        attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
     copy.values.resize(stride * source_point.size());
     for (size_t i = 0; i < source_point.size(); ++i)
       std::memcpy(copy.values.data() + i * stride, attribute.values.data() + source_point[i] * stride, stride);
@@ -120,8 +120,8 @@ Expected<std::vector<EqualMeshes>> make_coarse(const Document& document, double 
   return result;
 }
 
-// Copies the primitives of a mesh to its other list, and removes from the first what does not fit coarse ones: so
-// the lists are those of a file.
+// Copies the primitives of a mesh to its other list, and removes from the first what does not fit coarse ones:
+// so the lists are those of a file.
 void double_list(Document& document, std::span<const PrimitiveId> ids) {
   Json& mesh = document.json()["meshes"][ids.front().mesh];
   const Json fine = mesh["primitives"];
@@ -181,7 +181,8 @@ Status add_coarse_primitives(Document& document, double share, const DecodeBacke
 
 std::vector<int64_t> take_coarse_primitives(Document& document) {
   std::vector<int64_t> freed;
-  for_each_coarse_reference(document.json(), [&](const Json& index) { freed.push_back(integer_value(index).value_or(-1)); });
+  for_each_coarse_reference(document.json(),
+                            [&](const Json& index) { freed.push_back(integer_value(index).value_or(-1)); });
   for_each_element(document.json(), "meshes", [](Json& mesh) {
     if (other_primitives(mesh) == nullptr) return;
     mesh["extensions"].erase(kExtensionName);

@@ -1,10 +1,9 @@
 // Coarse primitives, for loaders without the extension.
-#include "gltf_ext/convert/coarse_primitives.h"
-
 #include <algorithm>
 #include <map>
 #include <random>
 
+#include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/condense_document.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/expand_document.h"
@@ -317,13 +316,11 @@ TEST(Coarse, ReadersSayWhatIsWrong) {
     Expected<Document> read = parse_document(file_with(document, change), "asset.gltf");
     return read ? findings_of(*read, draco_backend()) : read.status().to_string();
   };
-  const auto extension = [](Json& json) -> Json& {
-    return json["meshes"][0]["extensions"][kExtensionName];
-  };
+  const auto extension = [](Json& json) -> Json& { return json["meshes"][0]["extensions"][kExtensionName]; };
   EXPECT_EQ(error_of([](Json&) {}), "");
-  for (const Json& value : {Json(nullptr), Json(1), Json("x"), Json::array(), Json::object(),
-                            Json{{"primitives", Json::object()}}, Json{{"primitives", Json::array()}},
-                            Json{{"primitives", {1}}}})
+  for (const Json& value :
+       {Json(nullptr), Json(1), Json("x"), Json::array(), Json::object(), Json{{"primitives", Json::object()}},
+        Json{{"primitives", Json::array()}}, Json{{"primitives", {1}}}})
     EXPECT_TRUE(contains(error_of([&](Json& json) { extension(json) = value; }),
                          "mesh 0: PSPLIT_mesh_draco_patches of a mesh has no list of primitives"));
   for (const Json& value : {Json(nullptr), Json::object(), Json::array(), Json{{"a", 1}}, Json::array({1})})
@@ -335,8 +332,9 @@ TEST(Coarse, ReadersSayWhatIsWrong) {
   EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["indices"] = 1000; }),
                        "names an accessor that does not exist"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["material"] = 3; }), "materials"));
-  EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["attributes"]["POSITION"] = coarse(json)["indices"]; }),
-                       "coarse: POSITION is of type SCALAR"));
+  EXPECT_TRUE(
+      contains(error_of([&](Json& json) { coarse(json)["attributes"]["POSITION"] = coarse(json)["indices"]; }),
+               "coarse: POSITION is of type SCALAR"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json) = extension(json)["primitives"][0]; }),
                        "coarse: is in patches"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["targets"] = {Json::object()}; }),
@@ -350,7 +348,8 @@ TEST(Coarse, ReadersSayWhatIsWrong) {
 TEST(Coarse, MutantsOfTheListsNeverCrash) {
   const Document document = encoded(make_grid(20, 12));
   std::mt19937 random(1);
-  const std::vector<Json> values = {nullptr, true, -1, 0, 1, 5, 1000, 0.5, "POSITION", Json::array(), Json::object()};
+  const std::vector<Json> values = {nullptr,       true,          -1, 0, 1, 5, 1000, 0.5, "POSITION",
+                                    Json::array(), Json::object()};
   size_t read_count = 0;
   for (int round = 0; round < 300; ++round) {
     const auto change = [&](Json& json) {
