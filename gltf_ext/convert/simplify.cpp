@@ -115,7 +115,10 @@ std::vector<Faces> simplify(std::span<const Mesh> meshes, uint64_t target) {
   };
   if (best.size() > good) take(joined.simplified(joined.corners(), target));
   if (best.size() > good) take(joined.simplified(joined.without_seams(best), target));
-  if (best.size() > good) take(joined.simplified_sloppily(target));
+  // This finds no face if the wanted ones are too few for the shape.
+  const size_t before = best.size();
+  for (uint64_t more = target; best.size() > good && best.size() == before && more * 3 < before; more *= 2)
+    take(joined.simplified_sloppily(more));
   std::vector<Faces> faces = joined.divide(best);
   if (std::ranges::all_of(faces, &Faces::empty)) faces = joined.divide(joined.corners());
   return faces;
