@@ -19,7 +19,7 @@ enum class QuantizationVolume { kPrimitive, kMesh, kScene };
 // What loaders without the extension find: nothing; the geometry itself, uncompressed; or coarse primitives
 // (see coarse_primitives.h).
 enum class Fallback { kNone, kUncompressed, kCoarse };
-// Of the faces of a mesh. The Dragon's coarse form then has 6 % of the bytes of its patches (docs/manual.md).
+// Of the faces of a mesh. The Dragon's coarse form then has 4 % of the bytes of its patches (docs/manual.md).
 inline constexpr double kCoarseShare = 0.005;
 // A mesh keeps at least so many faces, or a tenth if that is less. Primitives that have no more do not become
 // patches if there are to be coarse ones.

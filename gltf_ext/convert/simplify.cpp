@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "src/mesh/number_of.h"
@@ -10,7 +11,8 @@
 namespace psplit {
 namespace {
 
-constexpr size_t kPositionBytes = 3 * sizeof(float);
+// A position, and the number of the mesh.
+using Point = std::array<float, 4>;
 // The number of faces decides, not the distance between surfaces, which meshoptimizer takes as a share of the
 // extent.
 constexpr float kAnyError = 1;
@@ -20,7 +22,8 @@ class JoinedMeshes {
  public:
   explicit JoinedMeshes(std::span<const Mesh> meshes) {
     for (const Mesh& mesh : meshes) {
-      for (uint32_t i = 0; i < mesh.point_count; ++i) add_position(*mesh.find("POSITION"), i);
+      const Attribute& position = *mesh.find("POSITION");
+      for (uint32_t i = 0; i < mesh.point_count; ++i) add_point(position, i, first_point_.size());
       const auto first = static_cast<unsigned>(first_point_.back());
       for (const auto& face : mesh.faces)
         for (const uint32_t point : face) corners_.push_back(first + point);
@@ -33,34 +36,38 @@ class JoinedMeshes {
   const std::vector<unsigned>& corners() const { return corners_; }
 
   // The same faces, whose points at one position are one point, within each mesh.
-  std::vector<unsigned> corners_without_seams() const {
-    return for_each_mesh([](std::span<const unsigned> corners, std::span<const float> positions) {
-      std::vector<unsigned> joined(corners.size());
-      meshopt_generateShadowIndexBuffer(joined.data(), corners.data(), corners.size(), positions.data(),
-                                        positions.size() / 3, kPositionBytes, kPositionBytes);
-      return joined;
-    });
+  std::vector<unsigned> without_seams(std::span<const unsigned> corners) const {
+    std::vector<unsigned> joined(corners.size());
+    meshopt_generateShadowIndexBuffer(joined.data(), corners.data(), corners.size(), points_.data(),
+                                      points_.size(), sizeof(Point), sizeof(Point));
+    return joined;
   }
 
   std::vector<unsigned> simplified(std::span<const unsigned> corners, uint64_t target) const {
     std::vector<unsigned> result(corners.size());
-    result.resize(meshopt_simplify(result.data(), corners.data(), corners.size(), positions_.data(),
-                                   positions_.size() / 3, kPositionBytes, static_cast<size_t>(target) * 3,
-                                   kAnyError));
+    result.resize(meshopt_simplify(result.data(), corners.data(), corners.size(), points_[0].data(),
+                                   points_.size(), sizeof(Point), static_cast<size_t>(target) * 3, kAnyError));
     return result;
   }
 
   // Simplifies each mesh on its own, without regard to its topology.
   std::vector<unsigned> simplified_sloppily(uint64_t target) const {
     const double share = static_cast<double>(target) * 3 / static_cast<double>(corners_.size());
-    return for_each_mesh([share](std::span<const unsigned> corners, std::span<const float> positions) {
-      const auto wanted = static_cast<size_t>(share * static_cast<double>(corners.size()) / 3) * 3;
-      std::vector<unsigned> result(corners.size());
-      result.resize(meshopt_simplifySloppy(result.data(), corners.data(), corners.size(), positions.data(),
-                                           positions.size() / 3, kPositionBytes, std::max<size_t>(wanted, 3),
-                                           kAnyError));
-      return result;
-    });
+    std::vector<unsigned> all;
+    for (size_t m = 0; m + 1 < first_point_.size(); ++m) {
+      const auto first = static_cast<unsigned>(first_point_[m]);
+      std::vector<unsigned> own(corners_.begin() + static_cast<std::ptrdiff_t>(first_corner_[m]),
+                                corners_.begin() + static_cast<std::ptrdiff_t>(first_corner_[m + 1]));
+      if (own.empty()) continue;
+      for (unsigned& corner : own) corner -= first;
+      const auto wanted = static_cast<size_t>(share * static_cast<double>(own.size()) / 3) * 3;
+      std::vector<unsigned> result(own.size());
+      result.resize(meshopt_simplifySloppy(result.data(), own.data(), own.size(), points_[first].data(),
+                                           first_point_[m + 1] - first_point_[m], sizeof(Point),
+                                           std::max<size_t>(wanted, 3), kAnyError));
+      for (const unsigned corner : result) all.push_back(first + corner);
+    }
+    return all;
   }
 
   // The faces of each mesh. A face with corners of several, at a border that could not be kept, is left out.
@@ -81,35 +88,17 @@ class JoinedMeshes {
   }
 
  private:
-  void add_position(const Attribute& position, uint32_t point) {
-    const std::byte* const value = position.values.data() + point * position.stride();
+  void add_point(const Attribute& position, uint32_t number, size_t mesh) {
+    Point& point = points_.emplace_back(Point{0, 0, 0, static_cast<float>(mesh)});
+    const std::byte* const value = position.values.data() + number * position.stride();
     const size_t width = component_bytes(position.component_type);
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const double number = axis < position.component_count
-                                ? number_of(value + axis * width, position.component_type, position.normalized)
-                                : 0;
-      positions_.push_back(std::isfinite(number) ? static_cast<float>(number) : 0.0f);
+    for (size_t axis = 0; axis < std::min<size_t>(3, position.component_count); ++axis) {
+      const double component = number_of(value + axis * width, position.component_type, position.normalized);
+      if (std::isfinite(component)) point[axis] = static_cast<float>(component);
     }
   }
 
-  // Joins what work(corners, positions) returns for each mesh, whose points it numbers from 0 on.
-  template <typename Work>
-  std::vector<unsigned> for_each_mesh(Work&& work) const {
-    std::vector<unsigned> all;
-    for (size_t m = 0; m + 1 < first_point_.size(); ++m) {
-      const auto first = static_cast<unsigned>(first_point_[m]);
-      std::vector<unsigned> own(corners_.begin() + static_cast<std::ptrdiff_t>(first_corner_[m]),
-                                corners_.begin() + static_cast<std::ptrdiff_t>(first_corner_[m + 1]));
-      if (own.empty()) continue;
-      for (unsigned& corner : own) corner -= first;
-      const auto positions =
-          std::span(positions_).subspan(3 * first_point_[m], 3 * (first_point_[m + 1] - first_point_[m]));
-      for (const unsigned corner : work(own, positions)) all.push_back(first + corner);
-    }
-    return all;
-  }
-
-  std::vector<float> positions_;  // three for each point
+  std::vector<Point> points_;
   std::vector<unsigned> corners_;
   std::vector<size_t> first_point_{0}, first_corner_{0};  // of each mesh, then the ends
 };
@@ -125,8 +114,11 @@ std::vector<Faces> simplify(std::span<const Mesh> meshes, uint64_t target) {
     if (!corners.empty() && corners.size() < best.size()) best = std::move(corners);
   };
   if (best.size() > good) take(joined.simplified(joined.corners(), target));
-  if (best.size() > good) take(joined.simplified(joined.corners_without_seams(), target));
-  if (best.size() > good) take(joined.simplified_sloppily(target));
+  if (best.size() > good) take(joined.simplified(joined.without_seams(best), target));
+  // This finds no face if the wanted ones are too few for the shape.
+  const size_t before = best.size();
+  for (uint64_t more = target; best.size() > good && best.size() == before && more * 3 < before; more *= 2)
+    take(joined.simplified_sloppily(more));
   std::vector<Faces> faces = joined.divide(best);
   if (std::ranges::all_of(faces, &Faces::empty)) faces = joined.divide(joined.corners());
   return faces;
