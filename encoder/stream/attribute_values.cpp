@@ -1,5 +1,6 @@
 #include "encoder/stream/attribute_values.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -59,22 +60,21 @@ core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&dire
 
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
                      AttributePlan& plan) {
-  const GridExtremes extremes = grid_extremes(coding).value_or(GridExtremes{coding.origin, coding.origin});
-  plan.origin.assign(source.component_count, 0);
-  float range = 0;
-  for (size_t k = 0; k < source.component_count; ++k) {
-    // libdraco replaces the least value only by a smaller one, and compares the values of rows in their order,
-    // then the extremes. So the least is the one of the lowest row, also if zeros have different signs.
-    float low = extremes.low[k], high = extremes.high[k];
-    uint32_t low_row = ~uint32_t{0};
-    for (const uint32_t row : rows) {
+  GridExtremes extremes = grid_extremes(coding).value_or(GridExtremes{coding.origin, coding.origin});
+  // libdraco replaces the least value only by a smaller one, and compares the values of rows in their order,
+  // then the extremes. So the least is the one of the lowest row, also if zeros have different signs.
+  std::vector<uint32_t> low_row(source.component_count, ~uint32_t{0});
+  for (const uint32_t row : rows)
+    for (size_t k = 0; k < source.component_count; ++k) {
       const auto value = component_at<float>(source, row, k);
-      if (value < low || (value == low && row < low_row)) low = value, low_row = row;
-      if (value > high) high = value;
+      float& low = extremes.low[k];
+      if (value < low || (value == low && row < low_row[k])) low = value, low_row[k] = row;
+      extremes.high[k] = std::max(extremes.high[k], value);
     }
-    plan.origin[k] = low;
-    if (high - low > range) range = high - low;
-  }
+  float range = 0;
+  for (size_t k = 0; k < source.component_count; ++k)
+    range = std::max(range, extremes.high[k] - extremes.low[k]);
+  plan.origin = std::move(extremes.low);
   plan.description.range = range == 0 ? 1.0f : range;
 }
 

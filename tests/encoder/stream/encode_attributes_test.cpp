@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/stream/patch_steps.h"
+#include "encoder/stream/sequential_stream.h"
 #include "tests/encoder/stream/decoded_values.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"
@@ -130,6 +132,23 @@ struct RandomMesh {
   Mesh mesh;
   std::vector<AttributeCoding> codings;
 };
+// Makes integers of floats: of the type with this number, 0 to 4. Numbers of signed types have both signs.
+void make_integers(Attribute& attribute, uint32_t type, bool normalized) {
+  const auto convert = [&]<typename T>(ComponentType component_type, float scale, float offset, T) {
+    std::vector<T> integers;
+    for (const float value : values_of<float>(attribute))
+      integers.push_back(static_cast<T>(static_cast<int64_t>(value * scale - offset)));
+    attribute =
+        make_attribute(attribute.semantic, component_type, attribute.component_count, normalized, integers);
+  };
+  switch (type) {
+    case 0: return convert(ComponentType::kInt8, 12, 60, int8_t{});
+    case 1: return convert(ComponentType::kUint8, 25, 0, uint8_t{});
+    case 2: return convert(ComponentType::kInt16, 2999, 14999, int16_t{});
+    case 3: return convert(ComponentType::kUint16, 5999, 0, uint16_t{});
+    default: return convert(ComponentType::kUint32, 9999, 0, uint32_t{});
+  }
+}
 RandomMesh random_mesh(std::mt19937& random) {
   const auto below = [&](uint32_t count) { return static_cast<uint32_t>(random()) % count; };
   const auto unit = [&] { return static_cast<float>(below(1u << 24)) / 16777216.0f; };
@@ -149,6 +168,7 @@ RandomMesh random_mesh(std::mt19937& random) {
   std::vector<float> positions;
   for (uint32_t copy = 0; copy < copies; ++copy) positions.insert(positions.end(), at.begin(), at.end());
   made.mesh = make_mesh(positions, faces);
+  if (below(4) == 0) make_integers(made.mesh.attributes[0], 1 + below(4), false);
 
   const uint32_t points = made.mesh.point_count;
   const auto add = [&](std::string semantic, uint32_t components, bool is_unit) {
@@ -166,15 +186,9 @@ RandomMesh random_mesh(std::mt19937& random) {
       const float length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
       for (uint32_t k = 0; k < 3; ++k) normal[k] = length == 0 ? (k == 2 ? -1.0f : 0.0f) : normal[k] / length;
     }
-    if (!is_unit && below(3) == 0) {
-      std::vector<uint16_t> integers;
-      for (const float value : values) integers.push_back(static_cast<uint16_t>(value * 999.0f));
-      made.mesh.attributes.push_back(make_attribute(std::move(semantic), ComponentType::kUint16,
-                                                    static_cast<uint8_t>(components), below(2) == 0, integers));
-    } else {
-      made.mesh.attributes.push_back(
-          float_attribute(std::move(semantic), static_cast<uint8_t>(components), values));
-    }
+    made.mesh.attributes.push_back(
+        float_attribute(std::move(semantic), static_cast<uint8_t>(components), values));
+    if (!is_unit && below(3) == 0) make_integers(made.mesh.attributes.back(), below(5), below(2) == 0);
   };
   if (below(2) == 0) add("NORMAL", 3, true);
   if (below(2) == 0) add("TEXCOORD_0", 2, false);
@@ -203,6 +217,24 @@ TEST(EncodeAttributes, RandomMeshesHaveTheBytesOfLibdraco) {
   }
   RecordProperty("streams", std::to_string(streams));
   EXPECT_GT(streams, fewer_with_sanitizers(2000));
+}
+
+// libdraco's encoder takes integers as signed numbers of 32 bits, and refuses others.
+TEST(EncodeAttributes, LargeIntegersAreRefusedAsByLibdraco) {
+  for (const uint32_t largest : {0x7ffffffeu, 0x80000000u}) {
+    Mesh mesh = make_grid(3, 3);
+    std::vector<uint32_t> ids(mesh.point_count, 5);
+    ids[4] = largest;
+    mesh.attributes.push_back(make_attribute("_ID", ComponentType::kUint32, 1, false, ids));
+    std::vector<AttributeCoding> codings = codings_of_bits(mesh, 8);
+    std::vector<uint32_t> points(mesh.point_count);
+    std::iota(points.begin(), points.end(), 0u);
+    const WeldedMesh welded = weld(mesh, ThreadPool(1));
+    const auto made = write_sequential_stream({welded, codings, points}, mesh.faces, 10);
+    const auto expected = encode_sequential(welded, whole_mesh(mesh), codings, 10);
+    EXPECT_EQ(made.status().ok(), largest < 0x80000000u);
+    EXPECT_EQ(expected.status().ok(), largest < 0x80000000u);
+  }
 }
 
 // libdraco stores the first of the least values, so the first zero decides the sign of the grid's origin.
