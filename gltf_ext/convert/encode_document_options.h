@@ -64,6 +64,7 @@ struct EncodeDocumentOptions {
   PatchOrder order{};  // the order of each primitive's patches; with OutOfCoreOptions, of each part's
   bool boxes = false;  // store the box of each patch; not with Compat::kKhr
   int encode_speed = 5;
+  bool by_libdraco = false;      // libdraco encodes the streams, for reference: to the same bytes, in more time
   bool lossless = false;         // keep every attribute exactly
   bool keep_degenerate = false;  // keep faces that repeat an index
   bool keep_unused = false;      // keep points that no face uses; Compat::kKhr cannot store them

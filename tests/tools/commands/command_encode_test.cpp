@@ -229,6 +229,15 @@ TEST_F(EncodeCommand, DistanceTakesThePapersMethod) {
   EXPECT_NE(levels, encoded({"--no-refine"}));
 }
 
+TEST_F(EncodeCommand, BothEncodersWriteTheSameFile) {
+  for (const char* compat : {"none", "khr"}) {
+    must_run({"encode", sample(), path("a.glb"), "--patches", "4", "--compat", compat});
+    must_run({"encode", sample(), path("b.glb"), "--patches", "4", "--compat", compat, "--encoder", "draco"});
+    EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
+  }
+  fails(1, {"encode", sample(), path("c.glb"), "--encoder", "other"}, "--encoder");
+}
+
 TEST_F(EncodeCommand, OrdersPatchesAndStoresTheirBoxes) {
   const auto encoded = [&](std::vector<std::string> more) {
     std::vector<std::string> options{"encode", sample(), path("out.glb"), "--patches", "12", "-q", "-f"};

@@ -34,7 +34,8 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
   for (size_t i = 0; i < encoded.stock.size(); ++i) {
     StockRow& row = comparison.stock_speeds[i];
     Expected<StockStream> stock = Status();
-    row.encode_ms += elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed); });
+    row.encode_ms +=
+        elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed, /*by_libdraco=*/true); });
     if (!stock) return stock.status();
     stock->decoded = {};
     row.bytes += stock->bytes.size();

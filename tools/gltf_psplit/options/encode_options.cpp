@@ -300,6 +300,13 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
       ->check(CLI::Range(0, 10))
       ->capture_default_str()
       ->type_name("SPEED");
+  command
+      .add_option_function<std::string>(
+          "--encoder", [&options](const std::string& name) { options.by_libdraco = name == "draco"; },
+          "What encodes Draco streams: psplit, or draco for libdraco, which takes longer for the same bytes")
+      ->check(CLI::IsMember({"psplit", "draco"}))
+      ->default_str("psplit")
+      ->type_name("NAME");
 }
 
 void add_partition_options(CLI::App& command, EncodeDocumentOptions& options) {
