@@ -1,5 +1,5 @@
-// Encodes one mesh as one patch container: welds and partitions it, encodes every patch with libdraco, builds
-// the stitch map, and decodes the result to check it.
+// Encodes one mesh as one patch container: welds and partitions it, encodes every patch, builds the stitch map,
+// and decodes the result to check it.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ struct EncodeOptions {
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses
   // Condense the streams of a container if that saves bytes: code them with tables that all patches share. Each
-  // condensed stream is expanded again and compared with libdraco's.
+  // condensed stream is expanded again and compared with what it was.
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   Alone alone = Alone::kNone;

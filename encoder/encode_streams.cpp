@@ -76,8 +76,8 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
                          " components");
     if (attribute.values.size() != attribute.stride() * mesh.point_count)
       return invalid_input(attribute.semantic + " has values for another number of points");
-    // glTF allows no vertex attribute of 32-bit integers, and libdraco's encoder takes memory by the largest
-    // value.
+    // glTF allows no vertex attribute of 32-bit integers, and libdraco's encoder, the reference, takes memory
+    // by the largest value.
     if (attribute.component_type == ComponentType::kUint32)
       return unsupported(attribute.semantic + " holds 32-bit integers");
     if (coding.bits == 0) continue;

@@ -29,7 +29,9 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
   separate_flat_faces(welded);
   PatchMesh whole = whole_mesh(mesh);
   Expected<EncodedPatch> encoded = encode_patch(welded, whole, codings, encode_speed, by_libdraco, true);
-  // Edgebreaker cannot encode a mesh with degenerate faces only.
+  // Edgebreaker cannot encode a mesh with degenerate faces only. What is a fault of ours is said.
+  if (!encoded && !by_libdraco && encoded.status().code() == StatusCode::kRuntimeFailure)
+    return encoded.status();
   if (!encoded) return keep_order(welded, std::move(whole), codings, encode_speed, by_libdraco);
   StockStream stock;
   stock.requests = stream_requests(mesh);

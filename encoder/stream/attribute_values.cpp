@@ -56,6 +56,14 @@ core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&dire
   return grid.place_of(x, y, scaled[2] < 0 ? -z : z);
 }
 
+bool are_finite(const Attribute& source, std::span<const uint32_t> rows) {
+  return std::ranges::all_of(rows, [&](uint32_t row) {
+    for (size_t k = 0; k < source.component_count; ++k)
+      if (!std::isfinite(component_at<float>(source, row, k))) return false;
+    return true;
+  });
+}
+
 }  // namespace
 
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
@@ -82,6 +90,8 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
                       std::span<int32_t> out) {
   const core::Attribute<uint32_t>& description = plan.description;
   int32_t* to = out.data();
+  if (description.coding != core::Coding::kInteger && !are_finite(source, rows))
+    return invalid_input(source.semantic + " has a value that is not finite, which no grid holds");
   if (description.coding == core::Coding::kNormal) {
     const core::OctahedralGrid grid(description.bits);
     for (const uint32_t row : rows) {

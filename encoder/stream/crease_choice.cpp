@@ -43,11 +43,12 @@ uint32_t symbol_of(int32_t number) {
   return number < 0 ? ~twice : twice;
 }
 
-// Of a table of frequencies in the stream.
+// Of a table of frequencies in the stream. libdraco has 32-bit numbers here, which wrap around at the ends of
+// grids of 30 bits.
 int32_t bits_of_table(uint32_t largest, uint32_t different) {
   constexpr int32_t kRun = 64;
-  const auto size = static_cast<int32_t>(largest + 1), unique = static_cast<int32_t>(different);
-  return 8 * (2 * unique + (size - unique) / kRun);
+  const auto runs = static_cast<uint32_t>(static_cast<int32_t>(largest + 1 - different) / kRun);
+  return static_cast<int32_t>(8 * (2 * different + runs));
 }
 
 }  // namespace
@@ -70,11 +71,14 @@ uint32_t& SymbolEntropy::place_of(uint32_t symbol) {
 }
 
 double SymbolEntropy::add_terms(uint32_t frequency) {
+  constexpr uint32_t kMostTerms = 1u << 16;
+  const auto term_of = [](uint32_t number) {
+    const auto value = static_cast<double>(number);
+    return value * std::log2(value);
+  };
+  if (frequency >= kMostTerms) return term_of(frequency);
   if (terms_.empty()) terms_ = {0, 0};
-  while (terms_.size() <= frequency) {
-    const auto next = static_cast<double>(terms_.size());
-    terms_.push_back(next * std::log2(next));
-  }
+  while (terms_.size() <= frequency) terms_.push_back(term_of(static_cast<uint32_t>(terms_.size())));
   return terms_[frequency];
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -59,7 +60,7 @@ class SymbolEntropy {
   // The symbol's slot, or the empty one that it would get.
   size_t find_slot(uint32_t symbol) const {
     constexpr uint32_t kFactor = 2654435769u;  // Fibonacci hashing
-    size_t at = (symbol * kFactor >> 8) & (slots_.size() - 1);
+    size_t at = symbol * kFactor >> (32 - std::countr_zero(slots_.size()));
     while (slots_[at].symbol != symbol && slots_[at].frequency != 0) at = (at + 1) & (slots_.size() - 1);
     return at;
   }

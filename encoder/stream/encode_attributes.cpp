@@ -21,7 +21,7 @@ class AttributeEncoder {
       if (i == 0) positions_ = attribute;
       Expected<AttributeFields> fields =
           correct_values({group, attribute, plan.scheme, plan.transform, &groups_[0], &positions_});
-      if (!fields) return fields.status();
+      if (!fields) return unsupported(mesh_attribute(plan).semantic + ": " + fields.status().message());
       out.fields.push_back(std::move(*fields));
       // Other attributes are predicted from positions.
       if (i == 0) position_values_ = std::move(values_);

@@ -228,9 +228,10 @@ Expected<EncodedConnectivity> encode_connectivity(const SourceMesh& mesh, const 
   // Each fan of faces may need a vertex of its own.
   const uint64_t faces = mesh.faces.size(), most_vertices = mesh.point_count + 3 * faces;
   if (faces >= core::kMaxFaces<uint32_t> || most_vertices > 0xfffffff0u)
-    return unsupported("a mesh with " + std::to_string(faces) + " faces");
-  if (mesh.values.size() > core::kMaxAttributeData + 1)
-    return unsupported("a mesh with " + std::to_string(mesh.values.size()) + " attributes");
+    return unsupported(std::to_string(faces) + " faces are too many for one stream");
+  if (!choices.one_table && mesh.values.size() > core::kMaxAttributeData + 1)
+    return unsupported(std::to_string(mesh.values.size()) + " attributes; a stream has at most " +
+                       std::to_string(core::kMaxAttributeData + 1));
   return ConnectivityEncoder(mesh, choices).encode();
 }
 

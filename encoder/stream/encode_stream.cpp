@@ -88,6 +88,9 @@ Expected<Mesh> decode_stream(const Mesh& mesh, std::span<const uint8_t> bytes) {
 Expected<EncodedPatch> encode_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                      std::span<const AttributeCoding> codings, int encode_speed,
                                      bool with_values) {
+  constexpr size_t kMostPoints = size_t{1} << 30;
+  if (patch.points.size() > kMostPoints)
+    return unsupported(std::to_string(patch.points.size()) + " points are too many for one stream");
   const ConnectivityChoices choices = choose_connectivity(encode_speed, patch.faces.size());
   Expected<EncodedConnectivity> connectivity = connect(welded, patch, choices);
   if (!connectivity) return connectivity.status();

@@ -95,6 +95,11 @@ Expected<std::vector<EqualMeshes>> make_coarse(const Document& document, double 
       ids.push_back(compressed[i]);
       key.push_back(group_of.at(compressed[i]));
     }
+    // Loaders that know Draco show a mesh without patches as it is.
+    if (std::ranges::none_of(ids, [&](PrimitiveId id) {
+          return document.records().primitive(id).storage() == PrimitiveStorage::kPatches;
+        }))
+      continue;
     equal[key].push_back(std::move(ids));
   }
   std::vector<EqualMeshes> result;
@@ -143,14 +148,17 @@ void remove_empty(Document& document, const EqualMeshes& equal) {
         document.json()["meshes"][ids[k].mesh]["primitives"].erase(ids[k].primitive);
 }
 
+// A loader that knows patches takes the fine primitives, and needs Draco for those of them that are stock
+// Draco.
 void require_extensions(Document& document) {
-  for (const char* name : {kExtensionName, kStockExtensionName}) {
-    const bool is_needed = std::ranges::any_of(all_primitives(document), [&](PrimitiveId id) {
-      const PrimitiveRecord& primitive = document.records().primitive(id);
-      return (name == kExtensionName ? primitive.patches : primitive.stock) && !has_fallback(document, id);
-    });
-    require_extension(document, name, is_needed);
+  bool needs_patches = false, needs_draco = false;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    needs_patches |= primitive.patches && !has_fallback(document, id);
+    needs_draco |= primitive.stock && !document.records().has_plain_data(primitive);
   }
+  require_extension(document, kExtensionName, needs_patches);
+  require_extension(document, kStockExtensionName, needs_draco);
 }
 
 }  // namespace

@@ -282,6 +282,12 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
                              std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
                              EncodeReports& reports) {
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
+  // Coarse primitives replace those of a whole mesh, so all of it is in patches.
+  const auto is_stored = [&](const EncodeJob* job) {
+    const PrimitiveStorage storage = document.records().primitive(job->group.ids.front()).storage();
+    return storage == PrimitiveStorage::kPatches ||
+           (storage == PrimitiveStorage::kStockDraco && options.fallback == Fallback::kCoarse);
+  };
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
       job.note_storage();
@@ -290,12 +296,10 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
     for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
   }
   for (const SharingJobs& sharing : sharing_jobs(document, jobs)) {
-    const bool is_wanted =
-        options.patches.is_given() || with_fallback ||
-        std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
-          return job->drops_attributes ||
-                 document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kPatches;
-        });
+    const bool is_wanted = options.patches.is_given() || with_fallback ||
+                           std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
+                             return job->drops_attributes || is_stored(job);
+                           });
     std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
     if (is_too_small_for_coarse(document, options, sharing)) reason = kTooSmallForCoarse;
     for (const EncodeJob* job : sharing.jobs)
@@ -383,6 +387,8 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   if (Status status = document.check(); !status.ok()) return status;
   if (options.fallback == Fallback::kCoarse && options.compat == Compat::kKhr)
     return wrong_usage("coarse primitives are for loaders without patches, and Compat::kKhr writes none");
+  if (!(options.coarse_share >= 0 && options.coarse_share <= 1))
+    return wrong_usage("coarse_share is not between 0 and 1");
   auto reports = encode_geometry(document, options, backend, pool, progress, limits);
   if (!reports) return reports;
   // Loaders of stock Draco would show the coarse primitives.

@@ -16,8 +16,8 @@ namespace psplit {
 
 // Which meshes share one quantization grid per attribute.
 enum class QuantizationVolume { kPrimitive, kMesh, kScene };
-// What loaders without the extension find: nothing; the geometry itself, uncompressed; or coarse primitives
-// (see coarse_primitives.h).
+// What loaders without the extension find: nothing; the geometry itself, uncompressed; or coarse primitives,
+// with a few of the faces.
 enum class Fallback { kNone, kUncompressed, kCoarse };
 // Of the faces of a mesh. The Dragon's coarse form then has 4 % of the bytes of its patches (docs/manual.md).
 inline constexpr double kCoarseShare = 0.005;

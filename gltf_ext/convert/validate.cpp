@@ -49,6 +49,8 @@ void check_lists(const Document& document, std::vector<Finding>& findings) {
     findings.push_back({rule, message, {.file = document.source.string()}, error});
   };
   bool any = false, any_without_fallback = false;
+  for (size_t i = 0; i < array_size(document.json(), "meshes"); ++i)
+    any |= other_primitives(document.json()["meshes"][i]) != nullptr;
   for (const PrimitiveId id : all_primitives(document)) {
     if (!has_patches(document, id)) continue;
     any = true;

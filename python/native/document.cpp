@@ -9,6 +9,7 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/json/json_text.h"
+#include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "python/native/arrays.h"
 #include "python/native/decode.h"
@@ -91,7 +92,11 @@ class Asset {
     document_ = value_or_throw(std::move(*document));
   }
 
-  py::str json() const { return py::str(json_line(document_.json())); }
+  py::str json() const {
+    Json as_read = document_.json();
+    throw_if_failed(exchange_primitives(as_read));
+    return py::str(json_line(as_read));
+  }
 
   // For each mesh a list of its primitives: (corners of an element, mesh, morph targets), or an exception.
   py::list primitives(int thread_count) const {

@@ -8,6 +8,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from . import _native
+from ._decode import PATCHES
 from ._errors import InvalidInputError, UnsupportedError
 from ._input import BytesLike
 from ._mesh import Mesh
@@ -74,7 +75,8 @@ class Asset:
         records = self.json.get("meshes", [])
         for record, primitives in zip(records, native.primitives(threads)):
             mesh = AssetMesh(record.get("name"), [])
-            for described, decoded in zip(record["primitives"], primitives):
+            fine = record.get("extensions", {}).get(PATCHES, record)["primitives"]
+            for described, decoded in zip(fine, primitives):
                 if isinstance(decoded, BaseException):
                     if not return_exceptions:
                         raise decoded

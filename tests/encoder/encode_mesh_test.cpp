@@ -2,8 +2,10 @@
 #include "encoder/encode_mesh.h"
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/expand_container.h"
 #include "src/container/patch_boxes.h"
@@ -262,6 +264,29 @@ TEST(EncodeMesh, RefusesBadInput) {
   mesh = two_triangles();
   mesh.faces.clear();
   EXPECT_EQ(encode_mesh(mesh, codings, {}, pool).status().code(), StatusCode::kInvalidInput);
+  // Grids hold no value that is not finite; as it is, it can be stored.
+  for (const float wrong : {NAN, INFINITY, -INFINITY}) {
+    mesh = two_triangles();
+    const std::vector<AttributeCoding> grid = default_codings(mesh, false).codings;
+    std::memcpy(mesh.attributes[0].values.data(), &wrong, sizeof wrong);
+    const Status refused = encode_mesh(mesh, grid, {}, pool).status();
+    EXPECT_EQ(refused.code(), StatusCode::kInvalidInput);
+    EXPECT_TRUE(contains(refused.to_string(), "POSITION")) << refused.to_string();
+    EXPECT_TRUE(encode_mesh(mesh, codings, {}, pool).ok());
+  }
+}
+
+// libdraco's encoder takes gigabytes for these.
+TEST(EncodeMesh, TheWidestGridHoldsSymbolsOfEverySize) {
+  Mesh mesh = make_grid(30, 30);
+  std::mt19937 random(1);
+  for (size_t i = 0; i < size_t{3} * mesh.point_count; ++i) {
+    const float value = i < 3 ? 1.0f : std::uniform_real_distribution(-1.0f, 1.0f)(random);
+    std::memcpy(mesh.attributes[0].values.data() + i * sizeof value, &value, sizeof value);
+  }
+  const std::vector<AttributeCoding> codings{must(fit_grid(mesh.attributes[0], 30))};
+  for (int speed = 0; speed <= 10; ++speed)
+    must(encode_mesh(mesh, codings, {.patch_count = 2, .encode_speed = speed}, ThreadPool(1)));
 }
 
 TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {

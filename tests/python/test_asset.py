@@ -42,6 +42,7 @@ def expect_sample(primitive, expected, attributes=None):
 def test_samples_of_the_extension(name):
     asset = psplit.load(SAMPLES / name)
     primitives = [primitive for mesh in asset.meshes for primitive in mesh.primitives]
+    assert asset.json["meshes"] == parts_of(SAMPLES / name)[0]["meshes"]
     assert len(primitives) == len(EXPECTED[name]["primitives"])
     for primitive, expected in zip(primitives, EXPECTED[name]["primitives"]):
         expect_sample(primitive, expected)
@@ -52,7 +53,9 @@ def test_samples_of_the_extension(name):
 @pytest.mark.parametrize("name", EXPECTED)
 def test_samples_without_load(name):
     document, buffer_view = parts_of(SAMPLES / name)
-    primitives = [primitive for mesh in document["meshes"] for primitive in mesh["primitives"]]
+    lists = [mesh.get("extensions", {}).get("PSPLIT_mesh_draco_patches", mesh) for mesh in document["meshes"]]
+    primitives = [primitive for mesh in lists for primitive in mesh["primitives"]]
+    assert len(primitives) == len(EXPECTED[name]["primitives"])
     for primitive, expected in zip(primitives, EXPECTED[name]["primitives"]):
         stored = primitive["extensions"]["PSPLIT_mesh_draco_patches"]["attributes"]
         expect_sample(psplit.decode_primitive(document, primitive, buffer_view), expected, stored)

@@ -90,13 +90,9 @@ export class ArrivingAsset {
     }
   }
 
-  // Throws if a decoded mesh does not fit the accessors.
-  check({ primitive, attributes, uses }, mesh) {
-    try {
-      if (primitive !== undefined) check_counts(this.json, primitive, attributes, mesh);
-    } catch (error) {
-      throw this.placed(error, uses[0]);
-    }
+  // Throws if a decoded mesh does not fit the accessors. The caller knows the place.
+  check({ primitive, attributes }, mesh) {
+    if (primitive !== undefined) check_counts(this.json, primitive, attributes, mesh);
   }
   // The error with its place, unless it is not the decoder's.
   placed(error, { mesh, primitive }) {

@@ -108,6 +108,8 @@ class RangedFile {
       if (response.status === 206 && (range === null || range[0] !== begin || range[1] !== end || range[2] !== this.total))
         throw failed(`${this.#url}: the server sent other bytes than it was asked for`);
       yield* this.#body(response, begin, end);
+    } catch (error) {
+      throw error instanceof PsplitError || error?.name === 'AbortError' ? error : failed(`${this.#url}: ${error.message}`);
     } finally {
       const next = this.#waiting.shift();
       if (next === undefined) --this.#running;

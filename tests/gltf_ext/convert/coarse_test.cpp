@@ -73,6 +73,28 @@ void add_targets(Document& document, size_t mesh) {
   document.json()["meshes"][mesh]["weights"] = {0.5, 0.25};
 }
 
+// A mesh of stock Draco that is small, and would grow as patches, is in patches all the same: else a viewer
+// that knows Draco would show its coarse form.
+TEST(Coarse, StockDracoIsInPatchesOrShownAsItIs) {
+  Document document = document_from_mesh(rich_mesh(12, 10));
+  EncodeDocumentOptions stock;
+  stock.compat = Compat::kKhr;
+  must(encode_document(document, stock, draco_backend(), test_pool()));
+  ASSERT_EQ(document.records().primitive({0, 0}).storage(), PrimitiveStorage::kStockDraco);
+  const Document before = document;
+  EncodeDocumentOptions options = coarse_options();
+  options.patches.count = 0;
+  encode_coarse(document, options);
+  EXPECT_EQ(findings_of(document, draco_backend()), "");
+  EXPECT_EQ(document.records().primitive({0, 0}).storage(), PrimitiveStorage::kPatches);
+  EXPECT_EQ(points_of(document, {0, 0}).size(), points_of(before, {0, 0}).size());
+  // Without patches there is nothing to replace.
+  Document alone = before;
+  must(add_coarse_primitives(alone, 0.05, draco_backend(), test_pool()));
+  EXPECT_EQ(other_primitives(alone.json()["meshes"][0]), nullptr);
+  EXPECT_EQ(alone.json()["meshes"], before.json()["meshes"]);
+}
+
 TEST(Coarse, TheDecodedAssetIsThatWithoutCoarsePrimitives) {
   for (const bool condense : {false, true}) {
     EncodeDocumentOptions options = coarse_options(), none = options;

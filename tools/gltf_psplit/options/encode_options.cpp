@@ -409,6 +409,7 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
   if (o.order.by != PatchOrder::By::kCut) described["order"] = {static_cast<int>(o.order.by), o.order.point};
+  if (o.by_libdraco) described["encoder"] = "draco";
   if (o.boxes) described["boxes"] = true;
   if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
   if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
