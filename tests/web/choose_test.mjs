@@ -358,7 +358,7 @@ test('several containers, buffers beside the file, and accessors', async () => {
   // Accessors that do not fit are told before anything is chosen.
   ++twice.accessors[primitive.indices].count;
   await assert.rejects(decode_all({ ...files, '/twice.gltf': Buffer.from(JSON.stringify(twice)) }, '/twice.gltf', { choose: () => assert.fail() }),
-    { ...invalid, mesh: 0, primitive: 0, message: /accessor of indices/ });
+    { ...invalid, mesh: 0, primitive: 0, message: /^mesh 0, primitive 0: the accessor of indices/ });
   for (const [offset, length] of [[-1, 9], [0, -1], [0.5, 9], [1e300, 9], ['x', 9]]) {
     const wrong = structuredClone(gltf);
     Object.assign(wrong.bufferViews[view], { byteOffset: offset, byteLength: length });
