@@ -6,7 +6,6 @@
 
 #include "gltf_ext/document/document.h"
 #include "src/container/decode_backend.h"
-#include "src/export.h"
 
 namespace psplit {
 
@@ -32,6 +31,6 @@ struct CoarseCounts {
   uint64_t primitives = 0, faces = 0, points = 0;
   uint64_t bytes = 0;  // of accessors that nothing else uses
 };
-PSPLIT_EXPORT CoarseCounts coarse_counts(const Document& document);
+CoarseCounts coarse_counts(const Document& document);
 
 }  // namespace psplit

@@ -119,8 +119,8 @@ TEST(EncodeConnectivity, MeshesAreAsByLibdraco) {
     if (named.mesh.faces.empty()) continue;
     SCOPED_TRACE(named.name);
     Mesh mesh = named.mesh;
-    std::ranges::stable_partition(mesh.attributes,
-                                  [](const Attribute& attribute) { return attribute.semantic == "POSITION"; });
+    std::stable_partition(mesh.attributes.begin(), mesh.attributes.end(),
+                          [](const Attribute& attribute) { return attribute.semantic == "POSITION"; });
     const WeldedMesh welded = weld(mesh, ThreadPool(1));
     for (const int speed : {0, 4, 5, 7, 10}) {
       SCOPED_TRACE(speed);
