@@ -66,7 +66,8 @@ void add_targets(Document& document, size_t mesh) {
   const auto count = accessor_of(document, "POSITION", mesh)["count"].get<uint32_t>();
   for (int target = 0; target < 2; ++target) {
     std::vector<float> moves;
-    for (uint32_t i = 0; i < 3 * count; ++i) moves.push_back(static_cast<float>(i + target) / 7);
+    for (uint32_t i = 0; i < 3 * count; ++i)
+      moves.push_back((static_cast<float>(i) + static_cast<float>(target)) / 7);
     primitive_of(document, mesh)["targets"].push_back(
         {{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, moves), 34962, true)}});
   }
