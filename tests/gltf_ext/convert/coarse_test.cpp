@@ -360,7 +360,7 @@ TEST(Coarse, ReadersSayWhatIsWrong) {
                "coarse: POSITION is of type SCALAR"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json) = extension(json)["primitives"][0]; }),
                        "coarse: is in patches"));
-  EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["targets"] = {Json::object()}; }),
+  EXPECT_TRUE(contains(error_of([&](Json& json) { coarse(json)["targets"] = Json::array({Json::object()}); }),
                        "coarse: 1 morph targets, but the primitives that replace it have 0"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { json.erase("extensionsUsed"); }), "extension-used"));
   EXPECT_TRUE(contains(error_of([&](Json& json) { extension(json)["primitives"][0].erase("attributes"); }),
