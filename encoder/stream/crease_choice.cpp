@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "src/core/integer_vectors.h"
+#include "src/core/stitch_codes.h"
 
 namespace psplit {
 namespace {
@@ -36,11 +37,6 @@ int64_t bits_of_flags(int64_t used, int64_t total) {
   const double set = static_cast<double>(used) / static_cast<double>(total), clear = 1.0 - set;
   const double entropy = -(set * std::log2(set) + clear * std::log2(clear));
   return static_cast<int64_t>(std::ceil(static_cast<double>(total) * entropy));
-}
-
-uint32_t symbol_of(int32_t number) {
-  const auto twice = static_cast<uint32_t>(number) << 1;
-  return number < 0 ? ~twice : twice;
 }
 
 // Of a table of frequencies in the stream. libdraco has 32-bit numbers here, which wrap around at the ends of
@@ -88,7 +84,7 @@ void CreaseChoice::consider(const int32_t* value, const int32_t* predicted, uint
   for (uint32_t k = 0; k < components_; ++k) {
     const int32_t residual = core::wrapping_sub(predicted[k], value[k]);
     size += core::magnitude(residual);
-    symbols_[k] = symbol_of(residual);
+    symbols_[k] = static_cast<uint32_t>(core::fold(residual));
   }
   const SymbolEntropy::Total total = entropy_.with(symbols_.data(), components_);
   const uint32_t count = entropy_.count() + components_;
