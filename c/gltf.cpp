@@ -5,6 +5,7 @@
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "gltf_ext/json/mesh_primitives.h"
 
 namespace psplit::c {
 namespace {

@@ -23,7 +23,7 @@ if(PSPLIT_BUILD_ENCODER)
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
        gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h
        gltf_ext/primitive/memory_limit.h
-       gltf_ext/document/write_document.h gltf_ext/json/json.h gltf_ext/json/json_fwd.h src/container/stream_entry.h)
+       gltf_ext/document/write_document.h gltf_ext/json/extension_names.h gltf_ext/json/json.h gltf_ext/json/json_fwd.h src/container/stream_entry.h)
 endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)

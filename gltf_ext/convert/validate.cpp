@@ -5,6 +5,7 @@
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "gltf_ext/primitive/view_in_place.h"
 

@@ -8,12 +8,10 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/json/mesh_primitives.h"
+#include "gltf_ext/json/extension_names.h"
 #include "src/container/decode_backend.h"
 
 namespace psplit {
-
-inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
 
 struct BufferRange {
   int64_t buffer = 0;

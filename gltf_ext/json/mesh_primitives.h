@@ -9,12 +9,11 @@
 // of a file needs to know of the others.
 #pragma once
 
+#include "gltf_ext/json/extension_names.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/status.h"
 
 namespace psplit {
-
-inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
 
 // The other list of primitives of a mesh, or null. In memory that is the list of the coarse ones.
 template <AnyJson J>

@@ -113,7 +113,7 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
                                                      const ModelOptions& options) {
   if (options.known_extensions)
     for (const std::string& name : model.extensionsRequired)
-      if (name != kPatchesExtension && name != kDracoExtension &&
+      if (name != kExtensionName && name != kStockExtensionName &&
           std::find(options.known_extensions->begin(), options.known_extensions->end(), name) ==
               options.known_extensions->end())
         return unsupported("the extension " + name + " is required, and not known");
@@ -121,15 +121,15 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
   std::vector<ModelGeometry> geometries;
   std::map<Key, size_t> known;
   for (size_t m = 0; m < model.meshes.size(); ++m)
-    if (model.meshes[m].extensions.contains(kPatchesExtension))
+    if (model.meshes[m].extensions.contains(kExtensionName))
       return invalid_input("has coarse primitives in place of its own: prepare_for_tinygltf replaces them",
                            Place{.mesh = static_cast<int64_t>(m)});
   for (size_t m = 0; m < model.meshes.size(); ++m)
     for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
-      auto extension = primitive.extensions.find(kPatchesExtension);
+      auto extension = primitive.extensions.find(kExtensionName);
       const bool has_patches = extension != primitive.extensions.end();
-      if (!has_patches) extension = primitive.extensions.find(kDracoExtension);
+      if (!has_patches) extension = primitive.extensions.find(kStockExtensionName);
       if (extension == primitive.extensions.end()) continue;
       const PrimitivePlace at{m, p};
       Expected<Key> key =

@@ -1,14 +1,13 @@
 // The primitives of a tinygltf::Model that the two Draco extensions store, opened but not decoded.
 #pragma once
 
+#include "gltf_ext/json/extension_names.h"
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"
 
 namespace psplit {
 
-inline constexpr const char* kPatchesExtension = "PSPLIT_mesh_draco_patches";
-inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 // If a primitive has both, the first counts.
-inline constexpr const char* kDracoExtensions[] = {kPatchesExtension, kDracoExtension};
+inline constexpr const char* kDracoExtensions[] = {kExtensionName, kStockExtensionName};
 
 struct PrimitivePlace {
   size_t mesh = 0, primitive = 0;

@@ -13,6 +13,7 @@
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/json/json.h"
+#include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/mesh_files/ply_header.h"
