@@ -68,7 +68,10 @@ class BatchDecoder {
   // Uploads the tables, and pieces that are not on the device yet.
   Status launch(const ThreadPool* pool) {
     Status status = batch_.write(memory_.data(), !is_uploaded_, pool);
-    if (status.ok()) status = batch_.upload(device_);
+    if (status.ok())
+      status = batch_.upload(device_, [&](uint8_t* to, std::span<const uint8_t> bytes) {
+        return uploader_.upload(device_, to, bytes, pool);
+      });
     if (status.ok()) status = batch_.launch(device_);
     is_uploaded_ = is_uploaded_ || status.ok();
     return status;
@@ -91,6 +94,7 @@ class BatchDecoder {
   Device device_;
   uint64_t memory_limit_ = ~uint64_t{0};
   PreparedBatch<Device> batch_;
+  Uploader<Device> uploader_;
   std::vector<Status> statuses_;  // by primitive
   StreamResults results_;
   bool is_running_ = false;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "decoder_cuda/launch_plan.h"
 #include "decoder_cuda/psplit_cuda.h"
 #include "decoder_cuda/stream_bodies.h"
 #include "src/container/claims.h"
@@ -21,28 +22,6 @@ inline Status check_container(const PatchContainer& container) {
   if (!container.refusal.ok()) return container.refusal;
   return container.is_stock ? check_claims(container) : Status();
 }
-
-// The launches for the streams of one width and one kind. Work beyond the plan is done by the last launch,
-// slowly.
-struct LaunchPlan {
-  // Few streams need more launches. The others should not wait for those.
-  static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
-
-  uint32_t runs = 0;    // the most runs of a stream between two stops
-  uint32_t rounds = 0;  // the most ways of a stream from stop to stop
-  // The round in which most streams have `chains` runs. In the other rounds they have one or two.
-  uint32_t chain_round = 0, chains = 1;
-  bool has_steps = false;  // some values may be predicted in steps
-
-  // The launches for the streams of both plans.
-  void join(const LaunchPlan& other) {
-    runs = std::max(runs, other.runs);
-    rounds = std::max(rounds, other.rounds);
-    chain_round = std::max(chain_round, other.chain_round);
-    chains = std::max(chains, other.chains);
-    has_steps |= other.has_steps;
-  }
-};
 
 class BatchPlan {
  public:
@@ -79,7 +58,7 @@ class BatchPlan {
   // planned on the threads of `pool`, unless it is null.
   std::vector<Status> make(std::span<const CudaPrimitive> primitives, Gather which,
                            const ThreadPool* pool = nullptr) {
-    *this = {};
+    clear();
     std::vector<Status> statuses;
     size_t stream_count = 0;
     for (size_t i = 0; i < primitives.size(); ++i) {
@@ -212,6 +191,20 @@ class BatchPlan {
   static uint64_t in_block(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
 
  private:
+  // Keeps the memory of what has an element for each stream: the system clears each page that it gives anew.
+  void clear() {
+    BatchPlan empty;
+    const auto keep = [](auto& from, auto& to) {
+      from.clear();
+      to = std::move(from);
+    };
+    keep(streams_, empty.streams_);
+    keep(sizes_, empty.sizes_);
+    keep(narrow_.streams, empty.narrow_.streams);
+    keep(wide_.streams, empty.wide_.streams);
+    *this = std::move(empty);
+  }
+
   static uint32_t end_of(const CudaPrimitive& primitive) {
     return std::min(primitive.end, static_cast<uint32_t>(primitive.container->entries.size()));
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "decoder_cuda/batch_decoder.h"
-#include "decoder_cuda/download.h"
 
 namespace psplit {
 

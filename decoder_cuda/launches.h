@@ -17,7 +17,7 @@
 #pragma once
 
 #include "decoder_cuda/border_bodies.h"
-#include "decoder_cuda/device_plan.h"
+#include "decoder_cuda/launch_plan.h"
 
 namespace psplit {
 

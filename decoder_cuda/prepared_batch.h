@@ -4,7 +4,9 @@
 
 #include <cstring>
 
+#include "decoder_cuda/device_plan.h"
 #include "decoder_cuda/launches.h"
+#include "decoder_cuda/transfers.h"
 
 namespace psplit {
 
@@ -62,12 +64,22 @@ class PreparedBatch {
     write_tables();
     size_t end = layout_.pieces;
     for (const BatchPlan::Piece& piece : plan_.pieces())
-      if (with_pieces && piece.is_gathered) end = copy_piece(end, piece.bytes, pool);
+      if (with_pieces && piece.is_gathered) {
+        copy_bytes(piece.bytes, host_block_.data() + end, pool);
+        end += piece.bytes.size();
+      }
     return {};
   }
 
   // Uploads what was written, and pieces that are not gathered from where they are.
   Status upload(Device& device) const {
+    return upload(device, [&](uint8_t* to, std::span<const uint8_t> bytes) {
+      return device.upload(to, bytes.data(), bytes.size());
+    });
+  }
+  // The same, where upload_large(to, bytes) uploads the pieces that are not gathered.
+  template <typename UploadLarge>
+  Status upload(Device& device, UploadLarge upload_large) const {
     device.mark("upload");
     const uint8_t* const host = host_block_.data();
     size_t begin = 0, end = layout_.pieces;  // of the gathered bytes that are not uploaded yet
@@ -81,7 +93,7 @@ class PreparedBatch {
       }
       Status status = upload_gathered();
       to = layout_.pieces + piece.at;
-      if (status.ok()) status = device.upload(memory_ + to, piece.bytes.data(), piece.bytes.size());
+      if (status.ok()) status = upload_large(memory_ + to, piece.bytes);
       if (!status.ok()) return status;
       to += piece.bytes.size();
       begin = end;
@@ -162,14 +174,6 @@ class PreparedBatch {
   size_t copy(size_t at, const Values& values) {
     if (!values.empty()) std::memcpy(host_block_.data() + at, values.data(), values.size() * sizeof(values[0]));
     return at + values.size() * sizeof(values[0]);
-  }
-  size_t copy_piece(size_t at, std::span<const uint8_t> bytes, const ThreadPool* pool) {
-    constexpr size_t kBytesOfTask = size_t{1} << 18;
-    if (pool == nullptr) return copy(at, bytes);
-    pool->for_ranges(bytes.size(), kBytesOfTask, [&](size_t begin, size_t end) {
-      std::memcpy(host_block_.data() + at + begin, bytes.data() + begin, end - begin);
-    });
-    return at + bytes.size();
   }
   void write_tables() {
     uint8_t *const host = host_block_.data(), *const device = memory_;

@@ -286,6 +286,51 @@ TEST(Downloader, CopiesValuesOfAllSizesOnManyThreads) {
   }
 }
 
+// A device that copies as late as it may.
+class LateDevice {
+ public:
+  template <typename T>
+  using HostArray = EmulatedDevice::HostArray<T>;
+
+  Status upload(uint8_t* to, const uint8_t* from, size_t count) {
+    copies_.push_back({to, from, count});
+    return {};
+  }
+  Status wait() {
+    for (const Copy& copy : std::exchange(copies_, {})) std::memcpy(copy.to, copy.from, copy.count);
+    return {};
+  }
+
+ private:
+  struct Copy {
+    uint8_t* to;
+    const uint8_t* from;
+    size_t count;
+  };
+  std::vector<Copy> copies_;
+};
+
+// A buffer may be filled again only when its bytes have arrived, whatever came before.
+TEST(Uploader, CopiesArraysOfAllSizesOneAfterTheOther) {
+  const ThreadPool pool(3);
+  constexpr size_t kBuffer = Uploader<LateDevice>::kBytesOfBuffer;
+  LateDevice device;
+  Uploader<LateDevice> uploader;
+  std::vector<std::vector<uint8_t>> sources, results;
+  for (const size_t bytes : {kBuffer + 1, size_t{0}, size_t{1}, kBuffer, 3 * kBuffer - 1, size_t{7}}) {
+    sources.emplace_back(bytes);
+    results.emplace_back(bytes);
+    for (size_t i = 0; i < bytes; ++i)
+      sources.back()[i] = static_cast<uint8_t>((i + sources.size()) * 2654435761u >> 16);
+  }
+  for (size_t n = 0; n < sources.size(); ++n) {
+    std::vector<uint8_t> callers = sources[n];  // they may go when the call returns
+    ASSERT_TRUE(uploader.upload(device, results[n].data(), callers, n % 2 == 0 ? &pool : nullptr).ok());
+  }
+  ASSERT_TRUE(device.wait().ok());
+  for (size_t n = 0; n < sources.size(); ++n) EXPECT_TRUE(results[n] == sources[n]) << n;
+}
+
 TEST(HostDecoder, StopsBeforeTheNextBatch) {
   const ThreadPool pool(1);
   const PatchedSample sample = grid_sample(20, 4, 0, pool);

@@ -1,4 +1,5 @@
-// Downloads many results at once from a device to memory of the host that is not pinned.
+// Copies between a device and memory of the host that is not pinned, through buffers that are: the device works
+// on one of two buffers while threads of the host work on the other.
 #pragma once
 
 #include <algorithm>
@@ -61,8 +62,48 @@ struct DownloadedRange {
   }
 };
 
-// Copies through two buffers of pinned memory, which it keeps: the device fills one while the host empties the
-// other.
+// Copies by the threads of `pool`, unless it is null.
+inline void copy_bytes(std::span<const uint8_t> from, uint8_t* to, const ThreadPool* pool) {
+  constexpr size_t kBytesOfTask = size_t{1} << 18;
+  const auto copy_range = [&](size_t begin, size_t end) {
+    if (begin < end) std::memcpy(to + begin, from.data() + begin, end - begin);
+  };
+  if (pool != nullptr)
+    pool->for_ranges(from.size(), kBytesOfTask, copy_range);
+  else
+    copy_range(0, from.size());
+}
+
+// Uploads large arrays. Keeps its buffers.
+template <typename Device>
+class Uploader {
+ public:
+  static constexpr size_t kBytesOfBuffer = size_t{4} << 20;
+
+  // The threads of `pool` fill the buffers, unless it is null. When this returns, the last bytes may be on
+  // their way still, but `bytes` may change.
+  Status upload(Device& device, uint8_t* to, std::span<const uint8_t> bytes, const ThreadPool* pool) {
+    Status status;
+    for (auto& buffer : buffers_)
+      if (status.ok()) status = buffer.reserve(kBytesOfBuffer);
+    for (size_t at = 0; at < bytes.size() && status.ok(); at += kBytesOfBuffer) {
+      const std::span<const uint8_t> part = bytes.subspan(at, std::min(kBytesOfBuffer, bytes.size() - at));
+      // At most the other buffer is on its way.
+      uint8_t* const buffer = buffers_[next_].data();
+      next_ = 1 - next_;
+      copy_bytes(part, buffer, pool);
+      status = device.wait();
+      if (status.ok()) status = device.upload(to + at, buffer, part.size());
+    }
+    return status;
+  }
+
+ private:
+  typename Device::template HostArray<uint8_t> buffers_[2];
+  size_t next_ = 0;  // the buffer to fill
+};
+
+// Downloads many results at once. Keeps its buffers.
 template <typename Device>
 class Downloader {
  public:
