@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "src/container/patch_container.h"

@@ -1,4 +1,4 @@
-// Encodes a mesh of the caller's. Without libdraco the functions say that they cannot.
+// Encodes a mesh of the caller's. Without the encoder the functions say that they cannot.
 #include <algorithm>
 
 #include "c/support.h"
@@ -7,9 +7,9 @@
 #include <set>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
+#include "encoder/stock_stream.h"
 #endif
 
 #include "src/container/stream_description.h"

@@ -10,7 +10,7 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense.h"
-#include "encoder/draco/patch_stream.h"
+#include "encoder/encode_patch.h"
 #include "encoder/encode_streams.h"
 #include "encoder/growing_container.h"
 #include "encoder/verify.h"

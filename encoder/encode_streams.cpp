@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/patch_stream.h"
+#include "encoder/encode_patch.h"
 #include "encoder/verify.h"
 #include "src/stopwatch.h"
 

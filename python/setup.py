@@ -1,7 +1,8 @@
 """Builds the module in C++ with the project's CMakeLists.txt. pyproject.toml has the rest.
 
 Environment:
-    PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if libdraco and its other packages are found
+    PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if libdraco and its other packages are found;
+                     CMAKE_ARGS=-DPSPLIT_WITH_DRACO=OFF builds it without libdraco
     PSPLIT_BUILD     the folder to build in; by default build/wheel-* of the checkout, where a second build is quick
     CMAKE_ARGS       more arguments for CMake
     CMAKE_BUILD_PARALLEL_LEVEL, CMAKE_GENERATOR, CMAKE_CXX_COMPILER_LAUNCHER: as CMake takes them

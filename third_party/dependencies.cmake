@@ -2,12 +2,15 @@
 # Debian's names, vcpkg.json those of other platforms); no dependency is vendored or downloaded.
 
 if(PSPLIT_BUILD_ENCODER)
-  # Draco 1.5.5: encodes patches, and decodes them as the reference.
+  # Without libdraco it is empty.
+  add_library(psplit_draco_package INTERFACE)
+endif()
+if(PSPLIT_WITH_DRACO)
+  # Draco 1.5.5: the reference, which also decodes streams of older versions.
   # Debian's config file names its static library with a path relative to a build folder, so the library and
   # the headers are looked up by name.
   find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
   find_library(DRACO_LIBRARY NAMES draco REQUIRED)
-  add_library(psplit_draco_package INTERFACE)
   target_include_directories(psplit_draco_package SYSTEM INTERFACE ${DRACO_INCLUDE_DIR})
   target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
 endif()
@@ -132,7 +135,7 @@ if(PSPLIT_BUILD_TESTS)
   else()
     find_package(GTest REQUIRED)
   endif()
-  if(PSPLIT_BUILD_ENCODER)
+  if(PSPLIT_WITH_DRACO)
     find_package(TinyGLTF REQUIRED)
   endif()
 endif()

@@ -24,7 +24,8 @@ struct Encoder;
 
 PSPLIT_BLENDER Decoder* decoderCreate();
 PSPLIT_BLENDER void decoderRelease(Decoder* decoder);
-// Decodes a mesh of any bitstream that libdraco knows. The bytes are not read after the call.
+// Decodes a mesh of any bitstream that libdraco knows; without libdraco only of 2.2. The bytes are not read
+// after the call.
 PSPLIT_BLENDER bool decoderDecode(Decoder* decoder, void* data, size_t byteLength);
 PSPLIT_BLENDER uint32_t decoderGetVertexCount(Decoder* decoder);
 PSPLIT_BLENDER uint32_t decoderGetIndexCount(Decoder* decoder);

@@ -7,8 +7,8 @@
 #include "c/blender/element_type.h"
 #include "c/no_throw.h"
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/stock_stream.h"
 #include "encoder/encode_streams.h"
+#include "encoder/stock_stream.h"
 
 using psplit::c::without_exceptions;
 

@@ -1,4 +1,5 @@
-// Stock libdraco as a decode backend. All other decoders are compared with it.
+// Stock libdraco as a decode backend. All other decoders are compared with it. Without libdraco
+// (PSPLIT_WITH_DRACO=OFF) all that decodes returns kUnsupported.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,9 @@ namespace psplit {
 // reports progress in tasks. Thread-safe.
 PSPLIT_EXPORT DecodeBackend draco_backend();
 
-// The version of the libdraco that this was built with.
+// The version of the libdraco that this was built with; empty if there is none.
 PSPLIT_EXPORT std::string draco_version();
+inline bool has_draco() { return !draco_version().empty(); }
 
 // One Draco mesh stream as libdraco decodes it, with faces and points in its order.
 Expected<Mesh> decode_draco_stream(Span<const uint8_t> stream, Span<const AttributeRequest> requests);

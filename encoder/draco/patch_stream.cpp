@@ -6,6 +6,7 @@
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_types.h"
 #include "encoder/stream/attribute_plan.h"
+#include "encoder/stream/encode_stream.h"
 #include "encoder/stream/patch_steps.h"
 
 namespace psplit {
@@ -280,6 +282,33 @@ Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const
   Expected<std::vector<uint8_t>> compressed = encode(true);
   const bool is_better = compressed && compressed->size() < plain->size() && compressed->size() >= least;
   return is_better ? std::move(compressed) : std::move(plain);
+}
+
+uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
+                            std::span<const AttributeCoding> codings, int encode_speed) {
+  const bool compares = encode_speed < 2;
+  const int few_bits = compares ? 21 : 24;  // 64 MB
+  uint64_t most = 0;
+  for (size_t i = 0; i < codings.size(); ++i) {
+    const AttributeCoding& coding = codings[i];
+    if (coding.bits <= few_bits) continue;
+    // A correction is at most as large as the patch is wide. Those of normals are modulo the grid's width.
+    double low = 0, high = std::ldexp(1.0, coding.bits);
+    if (!coding.octahedral) {
+      const Attribute& attribute = welded.mesh->attributes[i];
+      std::swap(low, high);
+      for (const uint32_t point : patch.points_of_values())
+        for (size_t c = 0; c < attribute.component_count; ++c) {
+          float value;
+          std::memcpy(&value, &attribute.values[point * attribute.stride() + c * sizeof value], sizeof value);
+          const double step{grid_place(value, coding.origin[c], coding.range, coding.bits)};
+          low = std::min(low, step);
+          high = std::max(high, step);
+        }
+    }
+    most = std::max(most, 4 * static_cast<uint64_t>(high - low));
+  }
+  return compares ? 8 * most : most;
 }
 
 }  // namespace psplit

@@ -1,4 +1,5 @@
-// Encodes one patch, or a whole mesh, as one Draco stream.
+// Encodes one patch, or a whole mesh, as one Draco stream with libdraco: what encoder/stream is compared with.
+// Without libdraco (PSPLIT_WITH_DRACO=OFF) each call returns kUsage.
 #pragma once
 
 #include <cstdint>
@@ -6,10 +7,8 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "encoder/stream/encode_stream.h"
-#include "encoder/stream/sequential_stream.h"
+#include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/container/decode_backend.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -22,17 +21,10 @@ Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchM
 Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
                                                  std::span<const AttributeCoding> codings, int encode_speed);
 
-// Edgebreaker and sequential streams by either encoder.
-inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const PatchMesh& patch,
-                                           std::span<const AttributeCoding> codings, int encode_speed,
-                                           bool by_libdraco, bool with_values) {
-  return (by_libdraco ? encode_edgebreaker : encode_stream)(welded, patch, codings, encode_speed, with_values);
-}
-inline Expected<std::vector<uint8_t>> encode_in_order(const WeldedMesh& welded, const PatchMesh& patch,
-                                                      std::span<const AttributeCoding> codings,
-                                                      int encode_speed, bool by_libdraco) {
-  if (by_libdraco) return encode_sequential(welded, patch, codings, encode_speed);
-  return write_sequential_stream({welded, codings, patch.points_of_values()}, patch.faces, encode_speed);
-}
+// About the memory that libdraco's encoder takes to count the symbols of an attribute: it has an entry for
+// every number up to the largest symbol. At speeds 0 and 1, which compare predictions, it takes eight times as
+// much (measured: 7.5). 0 if no grid has enough bits for more than 64 MB.
+uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
+                            std::span<const AttributeCoding> codings, int encode_speed);
 
 }  // namespace psplit

@@ -99,28 +99,4 @@ bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& 
   return false;
 }
 
-uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
-                            std::span<const AttributeCoding> codings, int encode_speed) {
-  const bool compares = encode_speed < 2;
-  const int few_bits = compares ? 21 : 24;  // 64 MB
-  uint64_t most = 0;
-  for (size_t i = 0; i < codings.size(); ++i) {
-    if (codings[i].bits <= few_bits) continue;
-    // A correction is at most as large as the patch is wide. Those of normals are modulo the grid's width.
-    double low = 0, high = std::ldexp(1.0, codings[i].bits);
-    if (!codings[i].octahedral) {
-      const Attribute& attribute = welded.mesh->attributes[i];
-      const Steps steps(attribute, codings[i]);
-      std::swap(low, high);
-      for (const uint32_t point : patch.points_of_values())
-        for (size_t c = 0; c < attribute.component_count; ++c) {
-          low = std::min(low, steps.at(point, c));
-          high = std::max(high, steps.at(point, c));
-        }
-    }
-    most = std::max(most, 4 * static_cast<uint64_t>(high - low));
-  }
-  return compares ? 8 * most : most;
-}
-
 }  // namespace psplit

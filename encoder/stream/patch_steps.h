@@ -19,10 +19,4 @@ bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& 
                                      std::span<const AttributeCoding> codings, size_t texcoords,
                                      int encode_speed);
 
-// About the memory that libdraco's encoder takes to count the symbols of an attribute: it has an entry for
-// every number up to the largest symbol. At speeds 0 and 1, which compare predictions, it takes eight times as
-// much (measured: 7.5). 0 if no grid has enough bits for more than 64 MB.
-uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
-                            std::span<const AttributeCoding> codings, int encode_speed);
-
 }  // namespace psplit

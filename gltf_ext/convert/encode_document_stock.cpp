@@ -1,21 +1,19 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 
-#include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/read_jobs.h"
-#include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 
 Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                                                              const EncodeDocumentOptions& options,
                                                              const ThreadPool& pool) {
-  const DecodeBackend backend = draco_backend();
   EncodeDocumentOptions unmerged = options;  // Draco keeps equal points apart
   unmerged.keep_duplicates = true;
-  Expected<EncodeJobs> read = read_jobs(document, unmerged, backend, pool);
+  Expected<EncodeJobs> read = read_jobs(document, unmerged, cpu_backend(), pool);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;

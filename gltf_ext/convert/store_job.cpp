@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
-#include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {
@@ -69,7 +69,7 @@ Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const Parts
   const auto buffers = [&](size_t, uint32_t, uint32_t) {
     return Expected<PrimitiveBuffers>(mesh->laid_out.buffers);
   };
-  Status status = draco_backend().decode_into({&task, 1}, buffers, pool, {}).front();
+  Status status = cpu_backend().decode_into({&task, 1}, buffers, pool, {}).front();
   if (!status.ok()) return status;
   return mesh;
 }

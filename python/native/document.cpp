@@ -19,12 +19,13 @@
 namespace psplit::python {
 namespace {
 
-// The meshes of triangle primitives: on the CPU, and with libdraco those in older streams of Draco.
+// The meshes of triangle primitives: on the CPU, and with libdraco, if it is there, those in older streams of
+// Draco.
 std::vector<Expected<Mesh>> read_triangles(const Document& document, std::span<const PrimitiveId> ids,
                                            const ThreadPool& pool) {
   std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, cpu_backend(), pool);
   for (size_t i = 0; i < ids.size(); ++i)
-    if (meshes[i].status().code() == StatusCode::kUnsupported &&
+    if (has_draco() && meshes[i].status().code() == StatusCode::kUnsupported &&
         document.records().primitive(ids[i]).storage() == PrimitiveStorage::kStockDraco)
       meshes[i] = read_primitive(document, ids[i], draco_backend(), pool);
   return meshes;

@@ -5,9 +5,9 @@
 #include <cstring>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
+#include "encoder/stock_stream.h"
 #include "python/native/arrays.h"
 #include "python/native/pools.h"
 

@@ -59,7 +59,7 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
     Raises:
         NotImplementedError: point clouds (faces=None), integer points of 24 bits or more.
         InvalidInputError: indices out of range, points that are not finite or outside of the cube, no faces.
-        UnsupportedError: this psplit was built without libdraco, which the encoder needs.
+        UnsupportedError: this psplit was built without its encoder.
         ValueError: arrays of another shape, numbers out of range.
 
     The interpreter's lock is released. Thread-safe.
@@ -122,7 +122,7 @@ def _with_metadata(stream: bytes, entries: Dict[str, bytes]) -> bytes:
 def _arrays_of(points: Any, faces: Any, colors: Any, tex_coord: Any,
                normals: Any) -> Tuple[np.ndarray, List[Tuple[str, np.ndarray, bool]]]:
     if not hasattr(_native, "encode"):
-        raise UnsupportedError("this psplit was built without libdraco, which the encoder needs")
+        raise UnsupportedError("this psplit was built without its encoder")
     if faces is None:
         raise NotImplementedError("psplit encodes meshes; it decodes point clouds, but does not encode them")
     faces = _array(faces, "faces", (3,))

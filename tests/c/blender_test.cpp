@@ -6,7 +6,7 @@
 #include "c/blender/bridge.h"
 #include "encoder/coding/choose_codings.h"
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/expect.h"

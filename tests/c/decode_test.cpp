@@ -3,7 +3,7 @@
 #include <atomic>
 #include <thread>
 
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/draco_stream.h"
 #include "src/loader/loader.h"

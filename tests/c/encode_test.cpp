@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/stock_stream.h"
 #include "tests/c/handles.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"

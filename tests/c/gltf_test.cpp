@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/json/glb.h"
 #include "tests/c/handles.h"
 #include "tests/support/default_codings.h"

@@ -282,10 +282,13 @@ endif()
         sys.exit("psplit builds its encoder, which nobody asked for")
     run(options.cmake, "--build", build, "--target", "decode_draco", "decode_with_libdraco", "print_model", "one_patch", "load_to_gpu")
     run_examples("sources", build, assets)
-    # The encoder comes if the project asks for it.
-    run(options.cmake, build, "-DPSPLIT_BUILD_ENCODER=ON")
+    # The encoder comes if the project asks for it, also without libdraco, which the other builds link.
+    run(options.cmake, build, "-DPSPLIT_BUILD_ENCODER=ON", "-DPSPLIT_WITH_DRACO=OFF")
     run(options.cmake, "--build", build, "--target", "encode_mesh")
     expect("encode_mesh", r"^4 patches", run(build / "encode_mesh"))
+    linked = subprocess.run(["nm", "-C", build / "encode_mesh"], capture_output=True, text=True).stdout
+    if "psplit::encode_mesh" not in linked or "draco::" in linked or "libdraco" in run("ldd", build / "encode_mesh"):
+        sys.exit("psplit without libdraco links it")
 
 
 with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:

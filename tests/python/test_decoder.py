@@ -34,5 +34,5 @@ def test_what_is_missing_is_named():
     for call in (lambda: psplit.encode([[0, 0, 0]] * 3, [[0, 1, 2]]), lambda: psplit.load(SAMPLES / "patches.glb"),
                  lambda: psplit.decode(SAMPLES / "patches.glb"),
                  lambda: psplit.encode_container([[0, 0, 0]] * 3, [[0, 1, 2]], patches=1)):
-        with pytest.raises(psplit.UnsupportedError, match="without libdraco"):
+        with pytest.raises(psplit.UnsupportedError, match="without its encoder"):
             call()

@@ -4,8 +4,10 @@
 #include <map>
 
 #include "encoder/draco/draco_backend.h"
+#include "encoder/stream/encode_stream.h"
 #include "encoder/welding/weld.h"
 #include "tests/support/expect.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
@@ -116,6 +118,32 @@ TEST(PatchStreamErrors, GarbageIsRefused) {
   const std::vector<uint8_t> garbage(100, 0x5a);
   EXPECT_EQ(decode_draco_stream(garbage, {}).status().code(), StatusCode::kInvalidInput);
   EXPECT_EQ(describe_draco_stream(std::vector<uint8_t>{}).status().code(), StatusCode::kInvalidInput);
+}
+
+// One triangle whose grids begin at 0 and have the range 1.
+uint64_t table_bytes(const std::vector<float>& positions, const AttributeCoding& of_positions, int texture_bits,
+                     int speed) {
+  Mesh mesh = make_mesh(positions, {{0, 1, 2}});
+  mesh.attributes.push_back(float_attribute("TEXCOORD_0", 2, {0, 0, 1, 0, 1, 1}));
+  const WeldedMesh welded = weld(mesh, ThreadPool(1));
+  const std::vector<AttributeCoding> codings = {of_positions, {texture_bits, false, {0, 0}, 1}};
+  return symbol_table_bytes(welded, {{0, 1, 2}, {{0, 1, 2}}, {}}, codings, speed);
+}
+
+TEST(SymbolTable, IsAsLargeAsThePatchIsWide) {
+  const std::vector<float> wide = {0, 0, 0, 1, 0, 0, 0, 1, 0},
+                           narrow = {0.5f, 0, 0, 0.501f, 0.001f, 0, 0.5f, 0, 0};
+  const auto bytes = [](const std::vector<float>& positions, int bits, int texture_bits, int speed = 5) {
+    return table_bytes(positions, {bits, false, {0, 0, 0}, 1}, texture_bits, speed);
+  };
+  EXPECT_EQ(bytes(wide, 24, 24), 0u);
+  EXPECT_EQ(bytes(wide, 21, 21, 0), 0u);
+  EXPECT_NEAR(static_cast<double>(bytes(wide, 24, 12, 1)), 32.0 * (1 << 24), 1000);
+  EXPECT_NEAR(static_cast<double>(bytes(wide, 28, 12)), 4.0 * (1 << 28), 100);
+  EXPECT_NEAR(static_cast<double>(bytes(wide, 14, 26)), 4.0 * (1 << 26), 100);
+  // All components count together: the first one is near the middle of the grid, and the last one is 0.
+  EXPECT_NEAR(static_cast<double>(bytes(narrow, 28, 12)), 4.0 * 0.501 * (1 << 28), 1000);
+  EXPECT_EQ(table_bytes(narrow, {28, true, {}, 0}, 0, 2), uint64_t{4} << 28);
 }
 
 }  // namespace

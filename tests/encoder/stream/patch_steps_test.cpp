@@ -1,9 +1,9 @@
-// What libdraco's encoder cannot predict, and what it would need too much memory for.
+// What libdraco's encoder cannot predict.
 #include "encoder/stream/patch_steps.h"
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/stock_stream.h"
 #include "encoder/welding/weld.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
@@ -79,22 +79,6 @@ TEST(TexturePrediction, FailsForNoGrid) {
         constexpr size_t kMethodAt = 8;
         EXPECT_EQ(stock.bytes[kMethodAt], 1);  // Edgebreaker: it did not fall back to a sequential stream
       }
-}
-
-TEST(SymbolTable, IsAsLargeAsThePatchIsWide) {
-  const Triangle wide(kHalfSquare, kTexture), narrow({0.5f, 0, 0, 0.501f, 0.001f, 0, 0.5f, 0, 0}, kTexture);
-  const auto bytes = [](const Triangle& triangle, int bits, int texture_bits, int speed = 5) {
-    return symbol_table_bytes(triangle.welded, triangle.patch, Triangle::codings(bits, texture_bits), speed);
-  };
-  EXPECT_EQ(bytes(wide, 24, 24), 0u);
-  EXPECT_EQ(bytes(wide, 21, 21, 0), 0u);
-  EXPECT_NEAR(static_cast<double>(bytes(wide, 24, 12, 1)), 32.0 * (1 << 24), 1000);
-  EXPECT_NEAR(static_cast<double>(bytes(wide, 28, 12)), 4.0 * (1 << 28), 100);
-  EXPECT_NEAR(static_cast<double>(bytes(wide, 14, 26)), 4.0 * (1 << 26), 100);
-  // All components count together: the first one is near the middle of the grid, and the last one is 0.
-  EXPECT_NEAR(static_cast<double>(bytes(narrow, 28, 12)), 4.0 * 0.501 * (1 << 28), 1000);
-  std::vector<AttributeCoding> normals = {{28, true, {}, 0}, {}};
-  EXPECT_EQ(symbol_table_bytes(narrow.welded, narrow.patch, normals, 2), uint64_t{4} << 28);
 }
 
 }  // namespace

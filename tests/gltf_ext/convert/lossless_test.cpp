@@ -1,6 +1,6 @@
 // Lossless means equal bits: for floats of every kind, at every speed, for whole documents and with both
 // decoders.
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "src/cpu/cpu_backend.h"

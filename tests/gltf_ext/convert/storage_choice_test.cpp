@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/encode_job.h"

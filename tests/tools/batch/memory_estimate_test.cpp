@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/tools/batch/batch_jobs.h"
 

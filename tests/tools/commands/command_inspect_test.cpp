@@ -1,5 +1,5 @@
 // gltf-psplit inspect: its JSON, its table, and the preview.
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
+#include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "tools/gltf_psplit/commands/commands.h"
@@ -208,8 +209,12 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
       ->type_name("A,B,C");
 }
 
-// The rivals need whole meshes.
-Status check_memory(const CompareArguments& arguments) {
+// The rivals need libdraco, and whole meshes.
+Status check_rivals(const CompareArguments& arguments) {
+  if (!has_draco())
+    return unsupported(
+        "compare with one file measures libdraco, without which this gltf-psplit was built; two files are "
+        "compared");
   if (arguments.sameness.memory.bytes == 0) return {};
   const MemoryLimit limit = memory_limit(arguments.sameness.memory);
   if (limit.allows(estimate_mesh_bytes(arguments.input, limit))) return {};
@@ -261,7 +266,7 @@ void add_compare_command(CLI::App& app, Action& action) {
     action = [arguments](const Session& session) -> Status {
       if (Status status = check_output_place(arguments->output, session.force); !status.ok()) return status;
       if (arguments->sameness.second.empty()) {
-        Status status = check_memory(*arguments);
+        Status status = check_rivals(*arguments);
         return status.ok() ? run_compare(*arguments, session) : std::move(status);
       }
       return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,

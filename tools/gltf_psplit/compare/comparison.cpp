@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"

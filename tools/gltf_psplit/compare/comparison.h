@@ -89,7 +89,7 @@ uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOpti
 // skipped.
 //
 // Encodes once, with `pool`, and times decoding with measure_interleaved. kDiffers if the decoded faces and
-// points of a container are not those that its directory states.
+// points of a container are not those that its directory states. Needs libdraco (has_draco).
 Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const ComparisonOptions& options,
                                     std::span<const DecodeBackend> backends, const ThreadPool& pool,
                                     const Progress& progress = {});

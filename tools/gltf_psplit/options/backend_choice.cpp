@@ -1,5 +1,6 @@
 #include "tools/gltf_psplit/options/backend_choice.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -17,7 +18,8 @@ namespace psplit {
 namespace {
 
 // Uses CUDA if there is a device and enough work for it, the CPU for what CUDA does not decode, and libdraco
-// for what neither decodes: streams of versions before 2.2. Looks for a device only once there is enough work.
+// for what neither decodes, if it is there: streams of versions before 2.2. Looks for a device only once there
+// is enough work.
 DecodeBackend fastest_backend(uint64_t gpu_memory) {
   struct Cuda {
     std::once_flag looked_for;
@@ -27,7 +29,8 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
   return {"auto", [cuda = std::make_shared<Cuda>(), gpu_memory, cpu = cpu_backend(), draco = draco_backend()](
                       std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
                       const Watch& watch) {
-            std::vector<const DecodeBackend*> backends{&cpu, &draco};
+            std::vector<const DecodeBackend*> backends{&cpu};
+            if (has_draco()) backends.push_back(&draco);
             const bool is_started = cuda->is_started.load(std::memory_order_relaxed);
             if (is_worth_a_gpu(tasks, static_cast<size_t>(pool.thread_count()), is_started)) {
               std::call_once(cuda->looked_for, [&] {
@@ -90,11 +93,16 @@ bool is_worth_a_gpu(std::span<const DecodeTask> tasks, size_t thread_count, bool
 
 void add_backend_options(CLI::App& command, BackendChoice& choice) {
   add_choice_option(command, "--backend", choice.name, {"auto", "cuda", "cpu", "draco"},
-                    "Decoder. auto: the fastest that is available; draco: stock libdraco");
+                    "Decoder. auto: the fastest that is available; draco: stock libdraco")
+      ->check(refuse_missing_draco);
   add_size_option(
       command, "--gpu-memory", choice.gpu_memory,
       "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "
       "decoded in parts, with the same result. Default: all free memory");
+}
+
+std::string refuse_missing_draco(const std::string& name) {
+  return name == "draco" && !has_draco() ? "this gltf-psplit was built without libdraco" : "";
 }
 
 DecodeBackend find_backend(const BackendChoice& choice) {
@@ -108,7 +116,8 @@ DescribeStream find_describer(const std::string& name) {
   if (name == "draco") return describe_draco_stream;
   return [](std::span<const uint8_t> stream) {
     Expected<StreamDescription> description = describe_stream(stream);
-    if (description || description.status().code() != StatusCode::kUnsupported) return description;
+    if (description || description.status().code() != StatusCode::kUnsupported || !has_draco())
+      return description;
     return describe_draco_stream(stream);
   };
 }

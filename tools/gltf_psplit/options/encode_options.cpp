@@ -12,6 +12,7 @@
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/file_options.h"
 
@@ -305,6 +306,7 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
           "--encoder", [&options](const std::string& name) { options.by_libdraco = name == "draco"; },
           "What encodes Draco streams: psplit, or draco for libdraco, which takes longer for the same bytes")
       ->check(CLI::IsMember({"psplit", "draco"}))
+      ->check(refuse_missing_draco)
       ->default_str("psplit")
       ->type_name("NAME");
 }

@@ -1,6 +1,6 @@
-#include "encoder/draco/stock_stream.h"
+#include "encoder/stock_stream.h"
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/encode_patch.h"
 #include "encoder/welding/weld.h"
 
 namespace psplit {
