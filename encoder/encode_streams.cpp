@@ -1,11 +1,13 @@
 #include "encoder/encode_streams.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/verify.h"
+#include "src/object_pool.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -20,8 +22,11 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   streams.decoded.resize(patch_count);
   streams.bytes.resize(patch_count);
   std::vector<Status> statuses(patch_count);
+  ObjectPool<PatchExtractor> extractors;
+  const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(*welded.mesh); };
   pool.for_each(patch_count, [&](size_t i) {
-    const PatchMesh patch = extract(*welded.mesh, cut.patches[i]);
+    const PatchMesh patch =
+        ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
     Expected<EncodedPatch> encoded =
         encode_patch(welded, patch, codings, options.encode_speed, options.by_libdraco, with_values);
     if (!encoded) {
