@@ -178,12 +178,12 @@ Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std
 }
 
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
-                    EncodeStatistics& statistics) {
+                    const ThreadPool& pool, EncodeStatistics& statistics) {
   if (streams.decoded.size() == 1)
-    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true,
+    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true, pool,
                        statistics.position_error);
   const auto [decoded, source_point] = concatenate(streams);
-  return verify_mesh(mesh, codings, decoded, source_point, 0, true, statistics.position_error);
+  return verify_mesh(mesh, codings, decoded, source_point, 0, true, pool, statistics.position_error);
 }
 
 }  // namespace psplit
