@@ -451,7 +451,7 @@ Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
 
 Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
   ReducedMesh reduced =
-      reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true});
+      reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true}, pool_);
   std::vector<uint32_t> number(part.mesh.point_count, kNoNumber);
   for (uint32_t i = 0; i < reduced.source_point.size(); ++i) number[reduced.source_point[i]] = i;
   MeshPart patches{std::move(reduced.mesh), {}, {}};
