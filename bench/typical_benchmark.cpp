@@ -35,7 +35,7 @@ Expected<Encoded> encode(const char* path, int speed, const ThreadPool& pool) {
   if (!jobs) return jobs.status();
   Encoded out;
   for (const EncodeJob& job : jobs->jobs) {
-    const Mesh mesh = reduce_job(job).mesh;
+    const Mesh mesh = reduce_job(job, pool).mesh;
     if (mesh.faces.empty()) continue;
     Expected<StockStream> stream = encode_stock_stream(mesh, job.codings, speed);
     if (!stream) return stream.status();

@@ -66,6 +66,8 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
   Cut cut;
   std::vector<uint32_t> regular;
   std::vector<std::array<uint32_t, 3>> vertices;
+  regular.reserve(mesh.faces.size());
+  vertices.reserve(mesh.faces.size());
   for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
     std::array<uint32_t, 3> face{};
     for (size_t c = 0; c < 3; ++c) face[c] = vertex[mesh.faces[i][c]];
@@ -111,29 +113,29 @@ void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut) {
   cut.patches = std::move(ordered);
 }
 
-PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces) {
+PatchMesh PatchExtractor::extract(std::span<const uint32_t> faces) {
   PatchMesh patch;
   patch.faces.reserve(faces.size());
-  patch.points.reserve(faces.size() * 3);
-  for (uint32_t face : faces)
-    for (uint32_t point : mesh.faces[face]) patch.points.push_back(point);
+  for (const uint32_t face : faces)
+    for (const uint32_t point : mesh_.faces[face])
+      if (number_[point] == kNone) {
+        number_[point] = 0;
+        patch.points.push_back(point);
+      }
   std::sort(patch.points.begin(), patch.points.end());
-  patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
-  const auto local = [&](uint32_t point) {
-    return static_cast<uint32_t>(std::lower_bound(patch.points.begin(), patch.points.end(), point) -
-                                 patch.points.begin());
-  };
-  for (uint32_t face : faces) {
-    const auto& points = mesh.faces[face];
-    patch.faces.push_back({local(points[0]), local(points[1]), local(points[2])});
+  for (uint32_t i = 0; i < patch.points.size(); ++i) number_[patch.points[i]] = i;
+  for (const uint32_t face : faces) {
+    const auto& [a, b, c] = mesh_.faces[face];
+    patch.faces.push_back({number_[a], number_[b], number_[c]});
   }
+  for (const uint32_t point : patch.points) number_[point] = kNone;
   return patch;
 }
 
 Residue extract_residue(const Mesh& mesh, std::span<const uint32_t> residue_faces,
                         std::span<const uint8_t> is_in_patch, bool standalone) {
   Residue residue;
-  residue.patch = extract(mesh, residue_faces);
+  residue.patch = PatchExtractor(mesh).extract(residue_faces);
   residue.face_count = static_cast<uint32_t>(residue_faces.size());
   std::vector<uint8_t> is_used(is_in_patch.begin(), is_in_patch.end());
   for (const uint32_t point : residue.patch.points) {

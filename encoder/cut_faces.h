@@ -27,8 +27,19 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
 // Brings the patches into an order.
 void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut);
 
-// Faces of a mesh with the points that they use.
-PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces);
+// Takes patches out of a mesh, which must outlive it. It takes four bytes for each point of the mesh. Not
+// thread-safe.
+class PatchExtractor {
+ public:
+  explicit PatchExtractor(const Mesh& mesh) : mesh_(mesh), number_(mesh.point_count, 0xffffffffu) {}
+
+  // Faces of the mesh with the points that they use, which ascend.
+  PatchMesh extract(std::span<const uint32_t> faces);
+
+ private:
+  const Mesh& mesh_;
+  std::vector<uint32_t> number_;  // of points in the patch; kNone outside of extract()
+};
 
 // The residue's faces, the points that no face uses, and faces of padding: a sequential decoder needs at least
 // as many corners as points.

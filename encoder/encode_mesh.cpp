@@ -31,7 +31,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   ReducedMesh reduced = reduce(
       input,
       {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
-      extra_point_data, extra_stride);
+      pool, extra_point_data, extra_stride);
   const MeshPart part{std::move(reduced.mesh), {}, {}};
   const double reduce_ms = encode_time.ms();
   if (part.mesh.faces.empty()) return unsupported("no triangles but degenerate ones");

@@ -370,7 +370,7 @@ Status PartsEncoder::verify(const MeshPart& part, const Mesh& decoded) {
   std::vector<uint32_t> source_point = source_point_;
   for (const auto& [number, point] : foreign_) source_point.push_back(point);
   return verify_mesh(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign_.size()), false,
-                     encoded_.statistics.position_error);
+                     pool_, encoded_.statistics.position_error);
 }
 
 // Adds the boxes of the part's streams. The decoded positions of points that earlier parts own are not in
@@ -451,7 +451,7 @@ Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
 
 Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
   ReducedMesh reduced =
-      reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true});
+      reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true}, pool_);
   std::vector<uint32_t> number(part.mesh.point_count, kNoNumber);
   for (uint32_t i = 0; i < reduced.source_point.size(); ++i) number[reduced.source_point[i]] = i;
   MeshPart patches{std::move(reduced.mesh), {}, {}};
@@ -511,7 +511,7 @@ Status PartsEncoder::encode_leftovers() {
 Status PartsEncoder::append_alone(const MeshPart& part, Streams& streams) {
   if (options_.streams.verify) {
     const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-    Status status = verify_alone(part.mesh, codings_, streams, encoded_.statistics);
+    Status status = verify_alone(part.mesh, codings_, streams, pool_, encoded_.statistics);
     if (!status.ok()) return status;
   }
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);

@@ -1,11 +1,13 @@
 #include "encoder/encode_streams.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "encoder/coding/quantization.h"
 #include "encoder/encode_patch.h"
 #include "encoder/verify.h"
+#include "src/object_pool.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -20,8 +22,11 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   streams.decoded.resize(patch_count);
   streams.bytes.resize(patch_count);
   std::vector<Status> statuses(patch_count);
+  ObjectPool<PatchExtractor> extractors;
+  const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(*welded.mesh); };
   pool.for_each(patch_count, [&](size_t i) {
-    const PatchMesh patch = extract(*welded.mesh, cut.patches[i]);
+    const PatchMesh patch =
+        ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
     Expected<EncodedPatch> encoded =
         encode_patch(welded, patch, codings, options.encode_speed, options.by_libdraco, with_values);
     if (!encoded) {
@@ -173,12 +178,12 @@ Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std
 }
 
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
-                    EncodeStatistics& statistics) {
+                    const ThreadPool& pool, EncodeStatistics& statistics) {
   if (streams.decoded.size() == 1)
-    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true,
+    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true, pool,
                        statistics.position_error);
   const auto [decoded, source_point] = concatenate(streams);
-  return verify_mesh(mesh, codings, decoded, source_point, 0, true, statistics.position_error);
+  return verify_mesh(mesh, codings, decoded, source_point, 0, true, pool, statistics.position_error);
 }
 
 }  // namespace psplit

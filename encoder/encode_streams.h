@@ -56,6 +56,6 @@ Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std
 // Compares decoded streams that are stored without a container with `mesh` (verify_mesh), and notes the largest
 // distance of their positions.
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
-                    EncodeStatistics& statistics);
+                    const ThreadPool& pool, EncodeStatistics& statistics);
 
 }  // namespace psplit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -14,6 +15,9 @@
 
 namespace psplit {
 namespace {
+
+constexpr size_t kGrain = 1 << 14;
+size_t range_count(size_t count) { return (count + kGrain - 1) / kGrain; }
 
 Status differs(const std::string& what) { return runtime_failure("verification: " + what); }
 
@@ -49,29 +53,69 @@ bool agree(const Attribute& wanted, const Attribute& got, size_t wanted_point, s
   return true;
 }
 
+// A sum over faces, in any order. Sums of different faces are equal by chance only: one in 2^64. To sort the
+// faces and compare them would take a tenth of all encoding.
+template <typename FaceAt>
+uint64_t sum_of_faces(size_t count, FaceAt face_at, const ThreadPool& pool) {
+  const auto mix = [](uint64_t value) {
+    value = (value ^ value >> 32) * 0xd6e8feb86659fd93u;
+    value = (value ^ value >> 32) * 0xd6e8feb86659fd93u;
+    return value ^ value >> 32;
+  };
+  std::atomic<uint64_t> sum = 0;
+  pool.for_ranges(count, kGrain, [&](size_t begin, size_t end) {
+    uint64_t of_range = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const auto [a, b, c] = face_at(i);
+      of_range += mix(mix(uint64_t{a} << 32 | b) + c);
+    }
+    sum += of_range;
+  });
+  return sum;
+}
+
+// The first of the wanted faces, in ascending order, that is not among the others. The faces must differ.
+template <typename Wanted, typename Got>
+std::string first_missing(size_t count, Wanted wanted_face, Got got_face) {
+  std::vector<std::array<uint32_t, 3>> wanted, got;
+  for (size_t i = 0; i < count; ++i) {
+    wanted.push_back(wanted_face(i));
+    got.push_back(got_face(i));
+  }
+  std::sort(wanted.begin(), wanted.end());
+  std::sort(got.begin(), got.end());
+  const auto& [a, b, c] = *std::mismatch(wanted.begin(), wanted.end(), got.begin()).first;
+  return std::to_string(a) + ", " + std::to_string(b) + ", " + std::to_string(c);
+}
+
 // The largest distance between two positions; 0 if they are not three floats.
-double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point) {
+double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point,
+                        const ThreadPool& pool) {
   const Attribute& wanted = *mesh.find("POSITION");
   const Attribute& got = *decoded.find("POSITION");
   if (wanted.component_type != ComponentType::kFloat32 || wanted.component_count != 3) return 0;
-  double largest = 0;
-  for (uint32_t point = 0; point < decoded.point_count; ++point) {
-    double square = 0;
-    for (size_t c = 0; c < 3; ++c) {
-      const double difference = double{float_at(wanted, source_point[point] * size_t{3} + c)} -
-                                double{float_at(got, point * size_t{3} + c)};
-      square += difference * difference;
+  std::vector<double> largest(range_count(decoded.point_count), 0.0);
+  pool.for_ranges(decoded.point_count, kGrain, [&](size_t begin, size_t end) {
+    double of_range = 0;
+    for (size_t point = begin; point < end; ++point) {
+      double square = 0;
+      for (size_t c = 0; c < 3; ++c) {
+        const double difference = double{float_at(wanted, source_point[point] * size_t{3} + c)} -
+                                  double{float_at(got, point * size_t{3} + c)};
+        square += difference * difference;
+      }
+      of_range = std::max(of_range, square);
     }
-    largest = std::max(largest, square);
-  }
-  return std::sqrt(largest);
+    largest[begin / kGrain] = of_range;
+  });
+  return largest.empty() ? 0 : std::sqrt(std::ranges::max(largest));
 }
 
 }  // namespace
 
 Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                    std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
-                   std::optional<double>& position_error) {
+                   const ThreadPool& pool, std::optional<double>& position_error) {
   const uint64_t point_count = uint64_t{decoded.point_count} + foreign_count;
   if (source_point.size() != point_count ||
       (has_copies ? point_count < mesh.point_count : point_count != mesh.point_count))
@@ -91,18 +135,14 @@ Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, c
   }
   if (seen_count != mesh.point_count) return differs("a point did not come back");
 
-  std::vector<std::array<uint32_t, 3>> wanted, got;
-  wanted.reserve(mesh.faces.size());
-  got.reserve(mesh.faces.size());
-  for (const auto& face : mesh.faces) wanted.push_back(lowest_first(face));
-  for (const auto& face : decoded.faces)
-    got.push_back(lowest_first({source_point[face[0]], source_point[face[1]], source_point[face[2]]}));
-  std::sort(wanted.begin(), wanted.end());
-  std::sort(got.begin(), got.end());
-  const auto first = std::mismatch(wanted.begin(), wanted.end(), got.begin()).first;
-  if (first != wanted.end())
-    return differs("the face of points " + std::to_string((*first)[0]) + ", " + std::to_string((*first)[1]) +
-                   ", " + std::to_string((*first)[2]) + " did not come back");
+  const auto wanted_face = [&](size_t i) { return lowest_first(mesh.faces[i]); };
+  const auto got_face = [&](size_t i) {
+    const auto& [a, b, c] = decoded.faces[i];
+    return lowest_first({source_point[a], source_point[b], source_point[c]});
+  };
+  if (sum_of_faces(mesh.faces.size(), wanted_face, pool) != sum_of_faces(mesh.faces.size(), got_face, pool))
+    return differs("the face of points " + first_missing(mesh.faces.size(), wanted_face, got_face) +
+                   " did not come back");
 
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
     const Attribute& a = mesh.attributes[i];
@@ -110,13 +150,18 @@ Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, c
     if (a.stride() != b.stride() || a.component_type != b.component_type)
       return differs(a.semantic + " changed type");
     const std::vector<double> bounds = error_bounds(codings[i]);
-    for (uint32_t point = 0; point < decoded.point_count; ++point) {
-      const uint32_t source = source_point[point];
-      if (!agree(a, b, source, point, codings[i], bounds))
+    constexpr uint32_t kNone = 0xffffffffu;
+    std::vector<uint32_t> first_wrong(range_count(decoded.point_count), kNone);
+    pool.for_ranges(decoded.point_count, kGrain, [&](size_t begin, size_t end) {
+      size_t point = begin;
+      while (point < end && agree(a, b, source_point[point], point, codings[i], bounds)) ++point;
+      if (point < end) first_wrong[begin / kGrain] = source_point[point];
+    });
+    for (const uint32_t source : first_wrong)
+      if (source != kNone)
         return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
-    }
   }
-  position_error = std::max(position_error.value_or(0), largest_distance(mesh, decoded, source_point));
+  position_error = std::max(position_error.value_or(0), largest_distance(mesh, decoded, source_point, pool));
   return {};
 }
 

@@ -26,7 +26,7 @@ namespace psplit {
 // positions are three floats, and otherwise to 0. Errors: kRuntimeFailure.
 Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                    std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
-                   std::optional<double>& position_error);
+                   const ThreadPool& pool, std::optional<double>& position_error);
 
 // Checks that a container of condensed streams decodes to `decoded`, bit for bit. Errors: kRuntimeFailure.
 Status verify_condensed(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,

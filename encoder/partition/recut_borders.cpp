@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
-#include <mutex>
 #include <type_traits>
 
 #include "encoder/partition/partition_steps.h"
 #include "encoder/partition/recutter.h"
+#include "src/object_pool.h"
 
 namespace psplit {
 namespace {
@@ -13,6 +13,15 @@ namespace {
 constexpr size_t kCellGrain = 1 << 14;
 // Additional rounds for patches above their limit.
 constexpr int kBalancingRounds = 10;
+
+template <typename Graph>
+using Recutters = ObjectPool<Recutter<Graph>>;
+
+template <typename Graph>
+struct RecutterLease : Recutters<Graph>::Lease {
+  RecutterLease(Recutters<Graph>& recutters, Division<Graph>& division)
+      : Recutters<Graph>::Lease(recutters, [&] { return std::make_unique<Recutter<Graph>>(division); }) {}
+};
 
 // The borders of active patches, in the order of their patches.
 template <typename Graph>
@@ -106,7 +115,7 @@ std::vector<Step> way_to_room(const Division<FaceGraph>& division, uint32_t star
 
 // If the neighbours of a patch above its limit are full as well, its surplus moves from patch to patch to the
 // nearest one with room.
-void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const ThreadPool& pool) {
+void drain(Division<FaceGraph>& division, Recutters<FaceGraph>& recutters, const ThreadPool& pool) {
   const auto patch_count = static_cast<uint32_t>(division.sizes.size());
   const auto above = [&](uint32_t patch) { return division.sizes[patch] - division.limits[patch]; };
   for (int round = 0; round < kBalancingRounds; ++round) {
@@ -114,6 +123,7 @@ void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const T
     for (uint32_t patch = 0; patch < patch_count; ++patch)
       if (above(patch) > 0) full.push_back(patch);
     if (full.empty()) return;
+    const RecutterLease<FaceGraph> recutter(recutters, division);
     const std::vector<BorderPair> pairs =
         find_borders(division.graph, division.patch_of, std::vector<bool>(patch_count, true), pool);
     std::vector<std::vector<size_t>> pairs_of(patch_count);
@@ -130,7 +140,7 @@ void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const T
         // The last patch of the way takes faces first, which makes room in the one before it.
         int64_t faces = above(start);
         for (const Step& step : way) {
-          faces = recutter.push(*step.pair, step.from, faces);
+          faces = recutter->push(*step.pair, step.from, faces);
           if (faces == 0) {
             is_blocked[step.number] = true;
             break;
@@ -150,8 +160,7 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
   Division<Graph> division{graph, face_limits, patch_of, std::vector<int64_t>(patch_count)};
   for (uint32_t cell = 0; cell < graph.cell_count(); ++cell)
     division.sizes[patch_of[cell]] += graph.face_count(cell);
-  std::mutex mutex;
-  std::vector<std::unique_ptr<Recutter<Graph>>> idle;
+  Recutters<Graph> recutters;
   std::vector<bool> is_active(patch_count, true);
   const auto is_any_active = [&] {
     return std::find(is_active.begin(), is_active.end(), true) != is_active.end();
@@ -162,20 +171,10 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
     for (const std::vector<const BorderPair*>& group : independent(pairs, patch_count)) {
       const size_t pairs_a_task = std::clamp<size_t>(group.size() / kLeastTasks, 1, kMostPairsATask);
       pool.for_ranges(group.size(), pairs_a_task, [&](size_t begin, size_t end) {
-        std::unique_ptr<Recutter<Graph>> recutter;
-        {
-          const std::lock_guard lock(mutex);
-          if (!idle.empty()) {
-            recutter = std::move(idle.back());
-            idle.pop_back();
-          }
-        }
-        if (recutter == nullptr) recutter = std::make_unique<Recutter<Graph>>(division);
+        const RecutterLease<Graph> recutter(recutters, division);
         for (size_t i = begin; i < end; ++i)
           has_changed[static_cast<size_t>(group[i] - pairs.data())] =
               recutter->recut(*group[i], options.band, static_cast<size_t>(round));
-        const std::lock_guard lock(mutex);
-        idle.push_back(std::move(recutter));
       });
     }
     for (size_t patch = 0; patch < patch_count; ++patch)
@@ -184,8 +183,7 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
     for (size_t i = 0; i < pairs.size(); ++i)
       if (has_changed[i] != 0) is_active[pairs[i].a] = is_active[pairs[i].b] = true;
   }
-  if constexpr (std::is_same_v<Graph, FaceGraph>)
-    if (!idle.empty()) drain(division, *idle.front(), pool);  // without a recutter there are no borders
+  if constexpr (std::is_same_v<Graph, FaceGraph>) drain(division, recutters, pool);
 }
 
 }  // namespace

@@ -51,13 +51,13 @@ void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::ve
 
 }  // namespace
 
-ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, std::span<const std::byte> extra,
-                   size_t extra_stride) {
+ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const ThreadPool& pool,
+                   std::span<const std::byte> extra, size_t extra_stride) {
   std::vector<uint32_t> lowest;
   if (!options.keep_duplicates) {
-    lowest = find_duplicates(input, extra, extra_stride);
+    lowest = find_duplicates(input, extra, extra_stride, pool);
     if (options.compared) {
-      std::vector<uint32_t> equal = find_duplicates(input, extra, extra_stride, options.compared);
+      std::vector<uint32_t> equal = find_duplicates(input, extra, extra_stride, pool, options.compared);
       equal.swap(lowest);
       if (lowest != equal) keep_topology(input, equal, lowest);
     }

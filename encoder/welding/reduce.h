@@ -9,6 +9,7 @@
 
 #include "encoder/welding/weld.h"
 #include "src/mesh/mesh.h"
+#include "src/parallel.h"
 
 namespace psplit {
 
@@ -37,8 +38,8 @@ inline bool repeats_a_point(const std::array<uint32_t, 3>& face) {
 // Points and faces keep their order; each group of equal points becomes its lowest. `extra` holds
 // `extra_stride` more bytes for each point: points that differ there are not duplicates. Every index must be
 // below mesh.point_count.
-ReducedMesh reduce(const Mesh& mesh, const ReduceOptions& options, std::span<const std::byte> extra = {},
-                   size_t extra_stride = 0);
+ReducedMesh reduce(const Mesh& mesh, const ReduceOptions& options, const ThreadPool& pool,
+                   std::span<const std::byte> extra = {}, size_t extra_stride = 0);
 
 // For each point 1 if reduce() stores its values, otherwise 0. Takes much less time than reduce().
 std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& options,

@@ -1,8 +1,11 @@
 #include "encoder/welding/weld.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
+
+#include "src/core/platform.h"
 
 namespace psplit {
 namespace {
@@ -14,15 +17,71 @@ uint64_t mix(uint64_t value) {
   return value;
 }
 
-uint64_t hash_row(const std::byte* row, size_t stride, uint64_t seed) {
-  uint64_t hash = mix(seed + 0x9e3779b97f4a7c15u);
-  for (size_t at = 0; at < stride; at += 8) {
-    uint64_t word = 0;
-    std::memcpy(&word, row + at, std::min<size_t>(8, stride - at));
-    hash = mix(hash * 0x9e3779b97f4a7c15u + word);
-  }
-  return hash;
+uint32_t hash_row(const std::byte* row, size_t stride, uint64_t seed) {
+  uint64_t hash = seed + 0x9e3779b97f4a7c15u;
+  const auto add = [&](uint64_t word) { hash = mix(hash * 0x9e3779b97f4a7c15u + word); };
+  const auto add_next = [&](auto word) {
+    std::memcpy(&word, row, sizeof word);
+    add(word);
+    row += sizeof word;
+    stride -= sizeof word;
+  };
+  while (stride >= sizeof(uint64_t)) add_next(uint64_t{});
+  if (stride >= sizeof(uint32_t)) add_next(uint32_t{});
+  while (stride > 0) add_next(uint8_t{});
+  return static_cast<uint32_t>(hash ^ hash >> 32);
 }
+
+// Rows in a hash table that finds the lowest of equal rows.
+class RowTable {
+ public:
+  RowTable(std::span<const std::byte> bytes, size_t stride, std::span<const uint32_t> group,
+           std::span<const uint32_t> hashes, size_t row_count)
+      : bytes_(bytes),
+        stride_(stride),
+        group_(group),
+        hashes_(hashes),
+        slots_(std::bit_ceil(row_count * 2 + 1), kEmpty) {}
+
+  // Rows come in ascending order. `visit(row, lowest)` may be called later, but by finish() at the latest.
+  template <typename Visit>
+  void add(uint32_t row, Visit visit) {
+    PSPLIT_PREFETCH(&slots_[first_slot(row)]);
+    waiting_[waiting_count_++] = row;
+    if (waiting_count_ == kWaiting) finish(visit);
+  }
+  template <typename Visit>
+  void finish(Visit visit) {
+    for (size_t i = 0; i < waiting_count_; ++i) visit(waiting_[i], find_or_add(waiting_[i]));
+    waiting_count_ = 0;
+  }
+
+ private:
+  static constexpr uint32_t kEmpty = 0xffffffffu;
+  // A slot is read when the memory had time to provide it.
+  static constexpr size_t kWaiting = 16;
+
+  size_t first_slot(uint32_t row) const { return hashes_[row] & (slots_.size() - 1); }
+
+  uint32_t find_or_add(uint32_t row) {
+    const std::byte* const content = bytes_.data() + row * stride_;
+    for (size_t slot = first_slot(row);; slot = (slot + 1) & (slots_.size() - 1)) {
+      uint32_t& other = slots_[slot];
+      if (other == kEmpty) other = row;
+      if (other == row) return row;
+      if (hashes_[other] == hashes_[row] && (group_.empty() || group_[other] == group_[row]) &&
+          std::memcmp(bytes_.data() + other * stride_, content, stride_) == 0)
+        return other;
+    }
+  }
+
+  const std::span<const std::byte> bytes_;
+  const size_t stride_;
+  const std::span<const uint32_t> group_, hashes_;
+  std::vector<uint32_t> slots_;
+  std::array<uint32_t, kWaiting> waiting_{};
+  size_t waiting_count_ = 0;
+};
 
 size_t position_index(const Mesh& mesh) {
   for (size_t i = 0; i < mesh.attributes.size(); ++i)
@@ -30,41 +89,72 @@ size_t position_index(const Mesh& mesh) {
   return 0;
 }
 
+// The points that equal a lower point in every attribute.
+std::vector<uint32_t> full_duplicates(const WeldedMesh& welded, std::span<const uint32_t> vertex,
+                                      const ThreadPool& pool) {
+  // A point that has the lowest number of a value has no lower duplicate.
+  const auto is_new = [&](uint32_t point) {
+    return std::ranges::any_of(welded.value_of_point,
+                               [&](const auto& values) { return values[point] == point; });
+  };
+  std::vector<uint8_t> is_suspect(vertex.size(), 0);  // by vertices
+  for (uint32_t point = 0; point < vertex.size(); ++point)
+    if (!is_new(point)) is_suspect[vertex[point]] = 1;
+  std::vector<uint32_t> points, values;
+  for (uint32_t point = 0; point < vertex.size(); ++point) {
+    if (is_suspect[vertex[point]] == 0) continue;
+    points.push_back(point);
+    for (const std::vector<uint32_t>& value_of_point : welded.value_of_point)
+      values.push_back(value_of_point[point]);
+  }
+  const std::vector<uint32_t> lowest =
+      lowest_equal_rows(static_cast<uint32_t>(points.size()), std::as_bytes(std::span(values)),
+                        welded.value_of_point.size() * sizeof(uint32_t), {}, pool);
+  std::vector<uint32_t> duplicates;
+  for (uint32_t i = 0; i < points.size(); ++i)
+    if (lowest[i] != i) duplicates.push_back(points[i]);
+  return duplicates;
+}
+
 }  // namespace
 
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
-                                        std::span<const uint32_t> group) {
-  constexpr uint32_t kEmpty = 0xffffffffu;
-  const size_t mask = std::bit_ceil(size_t{row_count} * 2 + 1) - 1;
-  std::vector<uint32_t> table(mask + 1, kEmpty);
+                                        std::span<const uint32_t> group, const ThreadPool& pool) {
+  constexpr size_t kGrain = 1 << 14;
+  constexpr uint32_t kMostShares = 64;
+  Array<uint32_t> hashes(row_count);
+  pool.for_ranges(row_count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t row = begin; row < end; ++row)
+      hashes[row] = hash_row(bytes.data() + row * stride, stride, group.empty() ? 0 : group[row]);
+  });
+  // Each thread takes the rows with hashes of its own, so that equal rows meet.
+  const auto threads = static_cast<uint32_t>(pool.thread_count());
+  const uint32_t share_count = row_count <= kGrain ? 1 : std::min(std::bit_ceil(threads), kMostShares);
+  const auto share_of = [&](uint32_t row) { return uint64_t{hashes[row]} * share_count >> 32; };
   std::vector<uint32_t> lowest(row_count);
-  for (uint32_t row = 0; row < row_count; ++row) {
-    const std::byte* content = bytes.data() + row * stride;
-    size_t slot = hash_row(content, stride, group.empty() ? 0 : group[row]) & mask;
-    for (;; slot = (slot + 1) & mask) {
-      uint32_t& other = table[slot];
-      if (other == kEmpty) other = row;
-      const bool same_group = group.empty() || group[other] == group[row];
-      if (same_group && std::memcmp(bytes.data() + other * stride, content, stride) == 0) {
-        lowest[row] = other;
-        break;
-      }
-    }
-  }
+  pool.for_each(share_count, [&](size_t share) {
+    uint32_t own_count = 0;
+    for (uint32_t row = 0; row < row_count; ++row) own_count += share_of(row) == share ? 1 : 0;
+    RowTable table(bytes, stride, group, hashes, own_count);
+    const auto store = [&](uint32_t row, uint32_t lowest_row) { lowest[row] = lowest_row; };
+    for (uint32_t row = 0; row < row_count; ++row)
+      if (share_of(row) == share) table.add(row, store);
+    table.finish(store);
+  });
   return lowest;
 }
 
 std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride,
-                                      const ComparedBytes& compared) {
+                                      const ThreadPool& pool, const ComparedBytes& compared) {
   std::vector<uint32_t> lowest;
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
     const Attribute& attribute = mesh.attributes[i];
     const Array<std::byte> bytes = compared ? compared(i) : Array<std::byte>();
     lowest = lowest_equal_rows(mesh.point_count, bytes.empty() ? attribute.values : bytes, attribute.stride(),
-                               lowest);
+                               lowest, pool);
     if (std::ranges::adjacent_find(lowest, std::greater_equal()) == lowest.end()) return lowest;  // all differ
   }
-  if (extra_stride > 0) lowest = lowest_equal_rows(mesh.point_count, extra, extra_stride, lowest);
+  if (extra_stride > 0) lowest = lowest_equal_rows(mesh.point_count, extra, extra_stride, lowest, pool);
   return lowest;
 }
 
@@ -75,20 +165,18 @@ WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
   welded.value_of_point.resize(attribute_count);
   const size_t position = position_index(mesh);
   const auto rows = [&](size_t i, std::span<const uint32_t> group) {
-    return lowest_equal_rows(mesh.point_count, mesh.attributes[i].values, mesh.attributes[i].stride(), group);
+    return lowest_equal_rows(mesh.point_count, mesh.attributes[i].values, mesh.attributes[i].stride(), group,
+                             pool);
   };
   welded.value_of_point[position] = rows(position, {});
   pool.for_each(attribute_count, [&](size_t i) {
     if (i != position) welded.value_of_point[i] = rows(i, welded.value_of_point[position]);
   });
 
-  std::vector<uint32_t> lowest;
-  for (const std::vector<uint32_t>& values : welded.value_of_point)
-    lowest = lowest_equal_rows(mesh.point_count, std::as_bytes(std::span(values)), sizeof(uint32_t), lowest);
   std::vector<uint32_t>& last =
       welded.value_of_point[position + 1 == attribute_count ? 0 : attribute_count - 1];
-  for (uint32_t point = 0; point < mesh.point_count; ++point)
-    if (lowest[point] != point) last[point] = point;
+  for (const uint32_t point : full_duplicates(welded, welded.value_of_point[position], pool))
+    last[point] = point;
   return welded;
 }
 

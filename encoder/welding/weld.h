@@ -22,7 +22,7 @@ struct WeldedMesh {
 // For each row of `bytes`, the lowest row with the same `stride` bytes and, if `group` is not empty, the same
 // group. Values are compared as bits: -0 and 0 differ, and a NaN equals itself.
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
-                                        std::span<const uint32_t> group = {});
+                                        std::span<const uint32_t> group, const ThreadPool& pool);
 
 // Returns the bytes by which the values of an attribute, given by its index, are compared, with the attribute's
 // stride. None: the values themselves.
@@ -30,7 +30,7 @@ using ComparedBytes = std::function<Array<std::byte>(size_t)>;
 
 // For each point the lowest point that equals it in every attribute and in the extra bytes.
 std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride,
-                                      const ComparedBytes& compared = {});
+                                      const ThreadPool& pool, const ComparedBytes& compared = {});
 
 // Points of equal position share a vertex, and points of one vertex share equal values. If points are equal in
 // every attribute, each gets a value of its own in the last attribute, so that they stay apart.

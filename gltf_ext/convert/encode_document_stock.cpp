@@ -20,7 +20,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
   std::vector<StockStream> streams(jobs.size());
   pool.for_each(jobs.size(), [&](size_t i) {
     // Draco would drop the same faces and points, but would fit its grids to them.
-    const ReducedMesh stored = reduce_job(jobs[i]);
+    const ReducedMesh stored = reduce_job(jobs[i], pool);
     Expected<StockStream> stream =
         encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed, options.by_libdraco);
     if (!stream) {

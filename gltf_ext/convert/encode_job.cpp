@@ -85,12 +85,12 @@ EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   return result;
 }
 
-ReducedMesh reduce_job(const EncodeJob& job) {
+ReducedMesh reduce_job(const EncodeJob& job, const ThreadPool& pool) {
   size_t stride = 0;
   const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
   ReduceOptions options = reduce_options(job);
   options.compared = places_on_grids(job.mesh, job.codings);
-  return reduce(job.mesh, options, extra, stride);
+  return reduce(job.mesh, options, pool, extra, stride);
 }
 
 std::vector<uint8_t> stored_points_of(const EncodeJob& job) {

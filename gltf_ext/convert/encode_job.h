@@ -68,7 +68,7 @@ Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDo
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options);
 
 // The mesh that encode_job stores.
-ReducedMesh reduce_job(const EncodeJob& job);
+ReducedMesh reduce_job(const EncodeJob& job, const ThreadPool& pool);
 // For each point of the job's mesh 1 if encode_job stores its values, otherwise 0.
 std::vector<uint8_t> stored_points_of(const EncodeJob& job);
 

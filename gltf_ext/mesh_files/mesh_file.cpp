@@ -87,9 +87,12 @@ Status MeshBuilder::begin(std::span<const Attribute> layout, size_t expected_poi
 
 Status MeshBuilder::add_points(std::span<const Attribute> block, size_t count) {
   mesh_.point_count += static_cast<uint32_t>(count);
-  for (size_t i = 0; i < block.size(); ++i)
-    mesh_.attributes[i].values.insert(mesh_.attributes[i].values.end(), block[i].values.begin(),
-                                      block[i].values.end());
+  for (size_t i = 0; i < block.size(); ++i) {
+    Array<std::byte>& values = mesh_.attributes[i].values;
+    const size_t size = values.size();
+    values.resize(size + block[i].values.size());
+    std::memcpy(values.data() + size, block[i].values.data(), block[i].values.size());
+  }
   return {};
 }
 

@@ -9,6 +9,7 @@
 
 #include "gltf_ext/mesh_files/face_texcoords.h"
 #include "gltf_ext/mesh_files/mtl.h"
+#include "gltf_ext/mesh_files/plain_rows.h"
 
 namespace psplit {
 namespace {
@@ -229,11 +230,122 @@ class Values {
   Status error_;
 };
 
+// Reads a vertex whose properties are all floats or small whole numbers.
+class PlainVertexReader {
+ public:
+  using Rows = std::vector<Array<std::byte>>;  // the values of each attribute
+
+  PlainVertexReader(const PlyElement& element, VertexLayout& layout) : values_(element.properties.size()) {
+    for (const Attribute& attribute : layout.attributes()) strides_.push_back(attribute.stride());
+    for (size_t i = 0; i < element.properties.size(); ++i) {
+      const PlyProperty& property = element.properties[i];
+      is_possible_ &= !property.is_list && property.type != PlyType::kFloat64;
+      const Target& target = layout.targets()[i];
+      if (target.attribute == kNoAttribute) continue;
+      const ComponentType type = layout.attributes()[target.attribute].component_type;
+      columns_.push_back({target.attribute, target.component * component_bytes(type), component_bytes(type),
+                          type == ComponentType::kFloat32, property.type == PlyType::kFloat32,
+                          range_of(property.type).second});
+    }
+    is_possible_ &= columns_.size() == values_.size();
+  }
+
+  bool is_possible() const { return is_possible_; }
+
+  const char* read_row(const char* at, const char* end) {
+    for (size_t i = 0; i < columns_.size(); ++i) {
+      if (i > 0 && !skip_blanks(at, end)) return nullptr;
+      if (columns_[i].is_float) {
+        float value = 0;
+        at = parse_plain_float(at, end, value);
+        values_[i] = std::bit_cast<uint32_t>(value);
+      } else {
+        uint32_t value = 0;
+        at = parse_plain_integer(at, end, value);
+        if (static_cast<double>(value) > columns_[i].most) return nullptr;
+        values_[i] = columns_[i].becomes_float ? std::bit_cast<uint32_t>(static_cast<float>(value)) : value;
+      }
+      if (at == nullptr) return nullptr;
+    }
+    return at;
+  }
+
+  void store_row(Rows& rows) {
+    rows.resize(strides_.size());
+    for (size_t i = 0; i < strides_.size(); ++i) rows[i].resize(rows[i].size() + strides_[i]);
+    for (size_t i = 0; i < columns_.size(); ++i) {
+      const Column& column = columns_[i];
+      Array<std::byte>& bytes = rows[column.attribute];
+      std::memcpy(bytes.data() + bytes.size() - strides_[column.attribute] + column.offset, &values_[i],
+                  column.width);  // little-endian, as every host of this library
+    }
+  }
+
+ private:
+  struct Column {
+    size_t attribute, offset, width;
+    bool becomes_float, is_float;
+    double most;
+  };
+  std::vector<Column> columns_;
+  std::vector<size_t> strides_;   // of attributes
+  std::vector<uint32_t> values_;  // of a row
+  bool is_possible_ = true;
+};
+
+// Reads a triangle that has no other properties.
+class PlainTriangleReader {
+ public:
+  using Rows = Array<std::array<uint32_t, 3>>;
+
+  explicit PlainTriangleReader(uint32_t point_count) : point_count_(point_count) {}
+
+  const char* read_row(const char* at, const char* end) {
+    constexpr uint32_t kCorners = 3;
+    uint32_t count = 0;
+    at = parse_plain_integer(at, end, count);
+    if (at == nullptr || count != kCorners) return nullptr;
+    for (uint32_t& corner : triangle_) {
+      if (!skip_blanks(at, end)) return nullptr;
+      at = parse_plain_integer(at, end, corner);
+      if (at == nullptr || corner >= point_count_) return nullptr;
+    }
+    return at;
+  }
+
+  void store_row(Rows& rows) { rows.push_back(triangle_); }
+
+ private:
+  uint32_t point_count_;
+  std::array<uint32_t, 3> triangle_{};
+};
+
+// Decides when plain rows are tried: rarely, if many rows are not plain.
+class PlainAttempts {
+ public:
+  explicit PlainAttempts(bool is_possible) : is_possible_(is_possible) {}
+
+  bool is_due(uint64_t row) const { return is_possible_ && row >= next_; }
+  // An attempt read `count` rows up to `row`. `is_complete`: it came to no other row.
+  void note(uint64_t row, uint64_t count, bool is_complete) {
+    if (is_complete && count > 0) return;
+    wait_ = count < wait_ ? std::min(2 * wait_, kMostWait) : kLeastWait;
+    next_ = row + wait_;
+  }
+
+ private:
+  static constexpr uint64_t kLeastWait = 1 << 10, kMostWait = 1 << 20;
+  bool is_possible_;
+  uint64_t next_ = 0, wait_ = kLeastWait;
+};
+
 class PlyReader {
  public:
   // `texcoords` gets the texture coordinates of faces. Null: they are left out.
-  PlyReader(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses, FaceTexcoords* texcoords)
+  PlyReader(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses, FaceTexcoords* texcoords,
+            const ThreadPool& pool)
       : header_(header),
+        pool_(pool),
         values_(scanner, header.encoding),
         sink_(sink),
         losses_(losses),
@@ -313,16 +425,40 @@ class PlyReader {
     if (!justify(element, expected)) return false;
     if (!take(sink_.begin(layout.attributes(), expected))) return false;
     constexpr uint64_t kBlock = 1024;  // points
-    for (uint64_t first = 0; first < element.count; first += kBlock) {
+    const PlainVertexReader plain(element, layout);
+    PlainAttempts attempts(values_.is_text() && plain.is_possible());
+    for (uint64_t first = 0; first < element.count;) {
+      if (attempts.is_due(first)) {
+        if (!read_plain_vertices(plain, layout, element.count, attempts, first)) return false;
+        continue;
+      }
       const auto count = static_cast<size_t>(std::min(kBlock, element.count - first));
       for (Attribute& attribute : layout.attributes()) attribute.values.resize(count * attribute.stride());
       for (size_t i = 0; i < count; ++i)
         if (!read_vertex(element, layout, first, i)) return false;
       layout.flip_texcoords();
       if (!take(sink_.add_points(layout.attributes(), count))) return false;
+      first += count;
     }
     has_vertices_ = true;
     point_count_ = static_cast<uint32_t>(element.count);
+    return true;
+  }
+
+  // Reads the next plain rows, and adds their number to `row`.
+  bool read_plain_vertices(const PlainVertexReader& reader, VertexLayout& layout, uint64_t end,
+                           PlainAttempts& attempts, uint64_t& row) {
+    auto slices = read_plain_rows<PlainVertexReader::Rows>(values_.scanner(), end - row, reader, pool_);
+    uint64_t count = 0;
+    for (auto& slice : slices) {
+      if (slice.row_count == 0) continue;
+      count += slice.row_count;
+      for (size_t i = 0; i < slice.rows.size(); ++i) layout.attributes()[i].values.swap(slice.rows[i]);
+      layout.flip_texcoords();
+      if (!take(sink_.add_points(layout.attributes(), static_cast<size_t>(slice.row_count)))) return false;
+    }
+    row += count;
+    attempts.note(row, count, slices.back().is_complete);
     return true;
   }
 
@@ -393,7 +529,12 @@ class PlyReader {
         left_out += (left_out.empty() ? "" : ", ") + in_quotes(property.name);
     if (!left_out.empty() && element.count > 0)
       losses_.say("other properties of faces are left out: " + left_out);
+    const PlainTriangleReader plain(point_count_);
+    PlainAttempts attempts(values_.is_text() && element.properties.size() == 1 && !strips);
     for (uint64_t n = 0; n < element.count; ++n) {
+      while (attempts.is_due(n) && n < element.count)
+        if (!read_plain_triangles(plain, element.count, attempts, n)) return false;
+      if (n == element.count) break;
       for (const PlyProperty& property : element.properties) {
         const bool reads = &property == coordinates_      ? read_coordinates(property)
                            : &property == texture_number_ ? read_texture_number(property)
@@ -406,6 +547,20 @@ class PlyReader {
       if (!values_.end_element() || (faces_.size() >= kMostFaces && !pass_faces())) return false;
     }
     return pass_faces();
+  }
+
+  // Reads the next plain rows, and adds their number to `row`.
+  bool read_plain_triangles(const PlainTriangleReader& reader, uint64_t end, PlainAttempts& attempts,
+                            uint64_t& row) {
+    const auto slices = read_plain_rows<PlainTriangleReader::Rows>(values_.scanner(), end - row, reader, pool_);
+    uint64_t count = 0;
+    for (const auto& slice : slices) {
+      count += slice.row_count;
+      faces_.insert(faces_.end(), slice.rows.begin(), slice.rows.end());
+    }
+    row += count;
+    attempts.note(row, count, slices.back().is_complete);
+    return faces_.size() < kMostFaces || pass_faces();
   }
 
   // Finds the properties of texture coordinates. MeshLab writes "texcoord", and "texnumber" behind it.
@@ -545,6 +700,7 @@ class PlyReader {
 
   static constexpr size_t kMostFaces = 4096;  // that are kept before the sink gets them
   const PlyHeader& header_;
+  const ThreadPool& pool_;
   Values values_;
   MeshSink& sink_;
   Losses& losses_;
@@ -581,18 +737,19 @@ std::vector<int64_t> add_materials(const std::vector<std::string>& textures, Mes
 
 }  // namespace
 
-Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses) {
+Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses,
+                const ThreadPool& pool) {
   if (!header.textures.empty()) losses.say("textures are left out: the file is read part by part");
-  return PlyReader(scanner, header, sink, losses, nullptr).read();
+  return PlyReader(scanner, header, sink, losses, nullptr, pool).read();
 }
 
-Expected<MeshFile> read_ply(Scanner& scanner) {
+Expected<MeshFile> read_ply(Scanner& scanner, const ThreadPool& pool) {
   Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return header.status();
   MeshFile file;
   MeshBuilder builder;
   FaceTexcoords texcoords;
-  Status status = PlyReader(scanner, *header, builder, file.losses, &texcoords).read();
+  Status status = PlyReader(scanner, *header, builder, file.losses, &texcoords, pool).read();
   if (!status.ok()) return status;
   Mesh mesh = builder.take();
   const bool of_faces = !texcoords.textures.empty();

@@ -4,6 +4,7 @@
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/ply_header.h"
 #include "gltf_ext/mesh_files/scanner.h"
+#include "src/parallel.h"
 
 namespace psplit {
 
@@ -20,10 +21,11 @@ namespace psplit {
 // 16 bits keep their type, all others become floats. Lists of vertices, other properties of faces and other
 // elements are left out and count as losses. A file that does not hold what its header claims is an error.
 // Errors: kInvalidInput with the line or byte, kUnsupported for point clouds.
-Expected<MeshFile> read_ply(Scanner& scanner);
+Expected<MeshFile> read_ply(Scanner& scanner, const ThreadPool& pool);
 
 // The same as a stream: `sink` gets the points and faces, without textures and texture coordinates of faces.
 // Call read_ply_header first. Errors of the sink too.
-Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses);
+Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses,
+                const ThreadPool& pool);
 
 }  // namespace psplit

@@ -89,10 +89,11 @@ Expected<Asset> asset_of(Expected<Document> document) {
   return Asset{std::move(*document), std::move(warnings)};
 }
 
-Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source) {
+Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source,
+                               const ThreadPool& pool) {
   if (format != AssetFormat::kStl) skip_byte_order_mark(scanner);
   std::vector<fs::path> libraries;
-  Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner)
+  Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner, pool)
                             : format == AssetFormat::kStl ? read_stl(scanner)
                             : format == AssetFormat::kOff
                                 ? read_off(scanner)
@@ -120,7 +121,7 @@ bool is_plain_file(const fs::path& source) {
 // `mapped`: the bytes of the stream, or null.
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
                             const DescribeStream& describe, FileAccess access, const MappedFile* mapped,
-                            const DecodePoints& decode_points) {
+                            const DecodePoints& decode_points, const ThreadPool& pool) {
   Expected<Scanner> opened = open_scanner(std::move(stream));
   if (!opened) return opened.status();
   Scanner& scanner = *opened;
@@ -131,17 +132,19 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
     return asset_of(parse_document(*mapped, source));
   if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
     return asset_of(read_whole_file(scanner, *format, source, describe, decode_points));
-  if (format) return read_mesh_file(scanner, *format, source);
+  if (format) return read_mesh_file(scanner, *format, source, pool);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "no format that is read; " + asset_extensions_text() + " files are";
   return unsupported(text);
 }
 
 Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source, const DescribeStream& describe,
-                     FileAccess access, const MappedFile* mapped, const DecodePoints& decode_points) {
+                     FileAccess access, const MappedFile* mapped, const DecodePoints& decode_points,
+                     const ThreadPool& pool) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
-    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access, mapped, decode_points);
+    Expected<Asset> asset =
+        read_stream(std::move(stream), source, describe, access, mapped, decode_points, pool);
     if (!asset) return asset.status().at(place);
     asset->document.source = source;
     std::vector<fs::path>& files = asset->document.files;
@@ -183,19 +186,20 @@ void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::
 
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
                            const DescribeStream& describe) {
-  return read(std::move(stream), source, describe, FileAccess::kRead, nullptr, {});
+  return read(std::move(stream), source, describe, FileAccess::kRead, nullptr, {}, ThreadPool(1));
 }
 
 Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const DescribeStream& describe,
-                           const DecodePoints& decode_points) {
-  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file, decode_points);
+                           const DecodePoints& decode_points, const ThreadPool& pool) {
+  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file, decode_points, pool);
 }
 
 Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access,
-                           const Progress& progress, const DecodePoints& decode_points) {
+                           const Progress& progress, const DecodePoints& decode_points,
+                           const ThreadPool& pool) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
-  return read(std::move(*stream), path, describe, access, nullptr, decode_points);
+  return read(std::move(*stream), path, describe, access, nullptr, decode_points, pool);
 }
 
 Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder) {

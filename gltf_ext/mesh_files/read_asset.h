@@ -34,15 +34,16 @@ struct Asset {
 // decides. `describe` describes a Draco stream (gltf_ext/mesh_files/draco_file.h). Mesh files are read through
 // a window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
 // `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped. Draco
-// files of points are read if `decode_points` is not empty. Errors: kIo, kInvalidInput, kUnsupported (another
-// format, another point cloud).
+// files of points are read if `decode_points` is not empty. `pool` reads the text of PLY files. Errors: kIo,
+// kInvalidInput, kUnsupported (another format, another point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
                            FileAccess access = FileAccess::kRead, const Progress& progress = {},
-                           const DecodePoints& decode_points = {});
+                           const DecodePoints& decode_points = {}, const ThreadPool& pool = ThreadPool(1));
 
 // The same for a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
-                           const DescribeStream& describe, const DecodePoints& decode_points = {});
+                           const DescribeStream& describe, const DecodePoints& decode_points = {},
+                           const ThreadPool& pool = ThreadPool(1));
 
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,

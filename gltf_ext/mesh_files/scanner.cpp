@@ -1,9 +1,11 @@
 #include "gltf_ext/mesh_files/scanner.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace psplit {
 namespace {
@@ -11,6 +13,7 @@ namespace {
 constexpr size_t kWindow = size_t{1} << 18;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 // Control characters are rare, so one comparison with the space settles most characters.
 bool is_space(char c) { return static_cast<unsigned char>(c) <= ' ' && (is_blank(c) || is_line_end(c)); }
@@ -122,6 +125,17 @@ std::string_view Scanner::peek(size_t count) {
   return {window_.data() + at_, std::min(count, end_ - at_)};
 }
 
+std::string_view Scanner::peek_lines() {
+  if (end_ - at_ < window_.size() / 2) fill();
+  const std::string_view text(window_.data() + at_, end_ - at_);
+  return text.substr(0, text.rfind('\n') + 1);
+}
+
+void Scanner::skip_lines(size_t bytes, uint64_t line_count) {
+  skip(bytes);
+  line_ += line_count;
+}
+
 void Scanner::skip(size_t count) { at_ += std::min(count, end_ - at_); }
 
 std::optional<uint64_t> Scanner::bytes_left() const {
@@ -137,9 +151,71 @@ uint64_t Scanner::drain() {
   return offset() - begin;
 }
 
-std::optional<float> parse_float(std::string_view word) { return parse_number<float>(word); }
+const char* parse_plain_float(const char* at, const char* end, float& value) {
+  // These powers are exact.
+  static constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                       1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  constexpr int kMostPower = 22, kMostDigits = 18, kMostExponentDigits = 3;
+  constexpr uint64_t kMostExact = uint64_t{1} << 53;
+  const bool is_negative = at != end && *at == '-';
+  if (is_negative) ++at;
+  uint64_t digits = 0;
+  int power = 0, digit_count = 0;
+  const auto read_digits = [&] {
+    const char* const begin = at;
+    for (; at != end && is_digit(*at); ++at) digits = 10 * digits + static_cast<uint64_t>(*at - '0');
+    digit_count += static_cast<int>(std::min<ptrdiff_t>(at - begin, kMostDigits + 1));
+    return static_cast<int>(std::min<ptrdiff_t>(at - begin, kMostDigits + 1));
+  };
+  read_digits();
+  if (at != end && *at == '.') {
+    ++at;
+    power = -read_digits();
+  }
+  if (digit_count == 0 || digit_count > kMostDigits || digits > kMostExact) return nullptr;
+  if (at != end && (*at == 'e' || *at == 'E')) {
+    ++at;
+    const bool is_below = at != end && *at == '-';
+    if (at != end && (*at == '-' || *at == '+')) ++at;
+    int exponent = 0, count = 0;
+    for (; at != end && is_digit(*at) && count <= kMostExponentDigits; ++at, ++count)
+      exponent = 10 * exponent + (*at - '0');
+    if (count == 0 || count > kMostExponentDigits) return nullptr;
+    power += is_below ? -exponent : exponent;
+  }
+  if (power < -kMostPower || power > kMostPower) return nullptr;
+  // One operation on exact numbers, so that the double is the nearest one.
+  const double wide =
+      power < 0 ? static_cast<double>(digits) / kPowers[-power] : static_cast<double>(digits) * kPowers[power];
+  // The float nearest to it is the one nearest to the number, unless the double is in the middle of two floats:
+  // the number may then be on either side.
+  constexpr uint64_t kBelowFloat = (uint64_t{1} << 29) - 1, kMiddle = uint64_t{1} << 28;
+  if ((std::bit_cast<uint64_t>(wide) & kBelowFloat) == kMiddle) return nullptr;
+  if (digits != 0 && !(wide >= double{std::numeric_limits<float>::min()} && wide < 1e38)) return nullptr;
+  value = static_cast<float>(is_negative ? -wide : wide);
+  return at;
+}
+
+const char* parse_plain_integer(const char* at, const char* end, uint32_t& value) {
+  constexpr ptrdiff_t kMostDigits = 9;
+  const char* const begin = at;
+  value = 0;
+  for (; at != end && is_digit(*at) && at - begin <= kMostDigits; ++at)
+    value = 10 * value + static_cast<uint32_t>(*at - '0');
+  return at == begin || at - begin > kMostDigits ? nullptr : at;
+}
+
+std::optional<float> parse_float(std::string_view word) {
+  const char* const end = word.data() + word.size();
+  float value = 0;
+  return parse_plain_float(word.data(), end, value) == end ? value : parse_number<float>(word);
+}
 std::optional<double> parse_double(std::string_view word) { return parse_number<double>(word); }
-std::optional<int64_t> parse_integer(std::string_view word) { return parse_number<int64_t>(word); }
+std::optional<int64_t> parse_integer(std::string_view word) {
+  const char* const end = word.data() + word.size();
+  uint32_t value = 0;
+  return parse_plain_integer(word.data(), end, value) == end ? value : parse_number<int64_t>(word);
+}
 
 Status error_at_line(uint64_t line, const std::string& what) {
   return invalid_input("line " + std::to_string(line) + ": " + what);

@@ -37,9 +37,9 @@ struct CellPoints {
   }
 };
 
-std::vector<uint32_t> lowest_equal(const CellPoints& points, size_t width) {
+std::vector<uint32_t> lowest_equal(const CellPoints& points, size_t width, const ThreadPool& pool) {
   return lowest_equal_rows(static_cast<uint32_t>(points.ids.size()), std::as_bytes(std::span(points.records)),
-                           width);
+                           width, {}, pool);
 }
 
 // Forgets most requests that were made before. Faces around a point come soon after each other.
@@ -176,7 +176,7 @@ class CellParts::Builder {
       points.lowest.resize(count);
       std::iota(points.lowest.begin(), points.lowest.end(), 0u);
     } else {
-      points.lowest = lowest_equal(points, width_);
+      points.lowest = lowest_equal(points, width_, pool_);
     }
     return points;
   }

@@ -42,7 +42,8 @@ bool has_room(uint64_t bytes, const PlyHeader& header, const ExpectedSizes& size
   return sizes.points * point + sizes.faces <= bytes;
 }
 
-Status read_ply_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check) {
+Status read_ply_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check,
+                   const ThreadPool& pool) {
   skip_byte_order_mark(scanner);
   const Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return header.status();
@@ -50,7 +51,7 @@ Status read_ply_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const Che
   const std::optional<uint64_t> left = scanner.bytes_left();
   if (check && (!left || has_room(*left, *header, sizes)))
     if (Status status = check(sizes, left.has_value()); !status.ok()) return status;
-  return read_ply(scanner, *header, spool, losses);
+  return read_ply(scanner, *header, spool, losses, pool);
 }
 
 Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check) {
@@ -81,7 +82,7 @@ Status read_obj_to(Scanner& scanner, const SpoolOptions& options, const OpenLibr
 }
 
 Expected<Asset> read(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
-                     SpoolOptions options, const CheckSizes& check) {
+                     SpoolOptions options, const CheckSizes& check, const ThreadPool& pool) {
   const bool is_obj = format == AssetFormat::kObj;
   if (!can_be_spooled(format)) return unsupported("this format is not read part by part");
   if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
@@ -91,7 +92,7 @@ Expected<Asset> read(Scanner& scanner, AssetFormat format, const std::filesystem
   std::vector<std::filesystem::path> libraries;
   Status status =
       is_obj ? read_obj_to(scanner, options, libraries_beside(source, libraries), spool, losses, check, head)
-      : format == AssetFormat::kPly ? read_ply_to(scanner, spool, losses, check)
+      : format == AssetFormat::kPly ? read_ply_to(scanner, spool, losses, check, pool)
                                     : read_stl_to(scanner, spool, losses, check);
   // A failure of the stream is the reason why the rest of the file is missing.
   if (Status failure = scanner.failure(); !failure.ok()) return failure;
@@ -114,10 +115,10 @@ bool can_be_spooled(AssetFormat format) {
 }
 
 Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
-                           SpoolOptions options, const CheckSizes& check) {
+                           SpoolOptions options, const CheckSizes& check, const ThreadPool& pool) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
-    Expected<Asset> asset = read(scanner, format, source, std::move(options), check);
+    Expected<Asset> asset = read(scanner, format, source, std::move(options), check, pool);
     if (!asset) return asset.status().at(place);
     return asset;
   } catch (const std::bad_alloc&) {

@@ -8,6 +8,7 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
+#include "src/parallel.h"
 
 namespace psplit {
 
@@ -23,6 +24,7 @@ using CheckSizes = std::function<Status(const ExpectedSizes& sizes, bool is_cert
 // Corners of an OBJ are one point as long as they follow each other soon. Errors: those of the readers, of
 // MeshSpool, of `check` and of obj_spool.h; kUnsupported for other formats.
 Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
-                           SpoolOptions options, const CheckSizes& check = {});
+                           SpoolOptions options, const CheckSizes& check = {},
+                           const ThreadPool& pool = ThreadPool(1));
 
 }  // namespace psplit

@@ -26,6 +26,11 @@ Expected<StoredElements> stored_elements(const Document& document, const Accesso
   return stored_elements(document, accessor.elements, stated > 0 ? stated : accessor.layout.stored_bytes());
 }
 
+// Whether the elements are stored one after the other, as AccessorData has them.
+bool is_packed(const ElementLayout& layout, uint64_t stride) {
+  return layout.packed_bytes() == layout.stored_bytes() && stride == layout.packed_bytes();
+}
+
 void copy_element(const StoredElements& from, uint64_t index, const ElementLayout& layout, std::byte* to) {
   const uint8_t* element = from.bytes.data() + index * from.stride;
   for (size_t column = 0; column < layout.columns; ++column)
@@ -75,8 +80,11 @@ Expected<AccessorData> read(const Document& document, const AccessorRecord& acce
     const auto elements = stored_elements(document, accessor);
     if (!elements) return elements.status();
     data.values.resize(total);
-    for (uint64_t i = 0; i < data.count; ++i)
-      copy_element(*elements, first + i, layout, data.values.data() + i * layout.packed_bytes());
+    if (is_packed(layout, elements->stride) && total > 0)
+      std::memcpy(data.values.data(), elements->bytes.data() + first * elements->stride, total);
+    else
+      for (uint64_t i = 0; i < data.count; ++i)
+        copy_element(*elements, first + i, layout, data.values.data() + i * layout.packed_bytes());
   }
   if (accessor.sparse)
     if (Status status = apply_sparse(document, accessor, first, data); !status.ok()) return status;
@@ -158,15 +166,24 @@ void write_values(const ValuesView& data, int target, uint8_t* to) {
   const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;
   const size_t stride = stride_in_view(*layout, target);
-  for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, to + i * stride);
+  if (is_packed(*layout, stride) && data.step() == stride && data.count > 0)
+    std::memcpy(to, data.at(0), data.count * stride);
+  else
+    for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, to + i * stride);
 }
 
 void store_values(Document& document, Json& accessor, const ValuesView& data, int target) {
   const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;  // no glTF type has this number of components
-  std::vector<uint8_t> stored(data.count * stride_in_view(*layout, target));
-  write_values(data, target, stored.data());
-  describe_view(document, accessor, *layout, target, append_buffer_view(document, stored));
+  const size_t stride = stride_in_view(*layout, target);
+  Span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(data.bytes.data()), data.count * stride);
+  std::vector<uint8_t> stored;
+  if (!is_packed(*layout, stride) || data.step() != stride) {
+    stored.resize(data.count * stride);
+    write_values(data, target, stored.data());
+    bytes = stored;
+  }
+  describe_view(document, accessor, *layout, target, append_buffer_view(document, bytes));
 }
 
 void place_values(Document& document, Json& accessor, const ValuesView& data, int target, size_t buffer,

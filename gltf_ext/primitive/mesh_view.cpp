@@ -31,12 +31,16 @@ AccessorData index_data(const Mesh& mesh) {
   const bool narrow = data.component_type == ComponentType::kUint16;
   data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
   data.values.resize(size_t{data.count} * component_bytes(data.component_type));
+  if (!narrow) {
+    if (data.count > 0) std::memcpy(data.values.data(), mesh.faces.data(), data.values.size());
+    return data;
+  }
   std::byte* out = data.values.data();
   for (const auto& face : mesh.faces)
     for (const uint32_t point : face) {
       const auto low = static_cast<uint16_t>(point);
-      std::memcpy(out, narrow ? static_cast<const void*>(&low) : &point, component_bytes(data.component_type));
-      out += component_bytes(data.component_type);
+      std::memcpy(out, &low, sizeof low);
+      out += sizeof low;
     }
   return data;
 }

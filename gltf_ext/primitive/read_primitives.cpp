@@ -1,7 +1,5 @@
 #include "gltf_ext/primitive/read_primitives.h"
 
-#include <numeric>
-
 #include "gltf_ext/primitive/view_in_place.h"
 #include "src/container/patch_container.h"
 
@@ -35,34 +33,62 @@ Status read_plain_attributes(const Document& document, const PrimitiveRecord& pr
   return {};
 }
 
+// The indices of a primitive. `make_room(count)` returns the memory for them, or an error.
+template <typename MakeRoom>
+Status read_indices_of(const Document& document, const PrimitiveRecord& primitive, uint32_t point_count,
+                       MakeRoom make_room) {
+  ValuesView indices{ComponentType::kUint32, 1, false, point_count, {}, 0};
+  AccessorData copy;
+  if (primitive.indices >= 0) {
+    const Expected<ValuesView> view = accessor_view(document, primitive.indices);
+    if (view) {
+      indices = *view;
+    } else {
+      Expected<AccessorData> data = read_accessor(document, primitive.indices);
+      if (!data) return data.status();
+      copy = std::move(*data);
+      indices = copy;
+    }
+    if (indices.component_count != 1 ||
+        (indices.component_type != ComponentType::kUint8 && indices.component_type != ComponentType::kUint16 &&
+         indices.component_type != ComponentType::kUint32))
+      return invalid_input("indices are not unsigned scalars");
+  }
+  const Expected<std::span<uint32_t>> room = make_room(size_t{indices.count});
+  if (!room) return room.status();
+  return read_indices(indices, 0, point_count, *room);
+}
+
 Expected<std::vector<uint32_t>> indices_of(const Document& document, const PrimitiveRecord& primitive,
                                            uint32_t point_count) {
-  std::vector<uint32_t> indices(point_count);
-  if (primitive.indices < 0) {
-    std::iota(indices.begin(), indices.end(), 0u);
-    return indices;
-  }
-  const Expected<AccessorData> data = read_accessor(document, primitive.indices);
-  if (!data) return data.status();
-  if (data->component_count != 1 ||
-      (data->component_type != ComponentType::kUint8 && data->component_type != ComponentType::kUint16 &&
-       data->component_type != ComponentType::kUint32))
-    return invalid_input("indices are not unsigned scalars");
-  indices.resize(data->count);
-  if (Status status = read_indices(*data, 0, point_count, indices); !status.ok()) return status;
+  std::vector<uint32_t> indices;
+  Status status =
+      read_indices_of(document, primitive, point_count, [&](size_t count) -> Expected<std::span<uint32_t>> {
+        indices.resize(count);
+        return std::span(indices);
+      });
+  if (!status.ok()) return status;
   return indices;
 }
 
 // Triangles of a list, strip or fan, with the orientation that glTF defines.
-Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& indices, int mode) {
+Expected<Array<std::array<uint32_t, 3>>> triangles_of(const Document& document,
+                                                      const PrimitiveRecord& primitive, uint32_t point_count) {
   Array<std::array<uint32_t, 3>> faces;
+  const int mode = primitive.mode;
   if (mode == 4) {
-    if (indices.size() % 3 != 0)
-      return invalid_input("a triangle list has " + std::to_string(indices.size()) + " indices");
-    for (size_t i = 0; i < indices.size(); i += 3)
-      faces.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    Status status =
+        read_indices_of(document, primitive, point_count, [&](size_t count) -> Expected<std::span<uint32_t>> {
+          if (count % 3 != 0) return invalid_input("a triangle list has " + std::to_string(count) + " indices");
+          faces.resize(count / 3);
+          return std::span(faces.empty() ? nullptr : faces.front().data(), count);
+        });
+    if (!status.ok()) return status;
     return faces;
   }
+  const Expected<std::vector<uint32_t>> read = indices_of(document, primitive, point_count);
+  if (!read) return read.status();
+  const std::vector<uint32_t>& indices = *read;
   for (size_t i = 2; i < indices.size(); ++i) {
     if (mode == 6)
       faces.push_back({indices[i - 1], indices[i], indices[0]});
@@ -81,9 +107,7 @@ Expected<Mesh> read_plain(const Document& document, const PrimitiveRecord& primi
       document.records().accessor(primitive.indices).layout.component_count() != 1)
     return invalid_input("indices are not scalars");
   if (primitive.storage() != PrimitiveStorage::kPlain) return mesh;
-  const auto indices = indices_of(document, primitive, mesh.point_count);
-  if (!indices) return indices.status();
-  auto faces = triangles(*indices, primitive.mode);
+  auto faces = triangles_of(document, primitive, mesh.point_count);
   if (!faces) return faces.status();
   mesh.faces = std::move(*faces);
   return mesh;

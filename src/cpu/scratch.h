@@ -2,13 +2,13 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <type_traits>
 #include <vector>
 
 #include "src/core/decode_patch.h"
 #include "src/cpu/scratch_memory.h"
+#include "src/object_pool.h"
 
 namespace psplit {
 
@@ -42,45 +42,8 @@ struct Scratch {
   std::vector<uint32_t> numbers;
 };
 
-// One scratch for each thread that decodes at a time. They are kept when threads give them back, until
-// release_scratch. Thread-safe.
-class ScratchPool {
- public:
-  class Lease {
-   public:
-    explicit Lease(ScratchPool& pool) : pool_(pool), scratch_(pool.take()) {}
-    ~Lease() { pool_.put(std::move(scratch_)); }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    Scratch& operator*() const { return *scratch_; }
-
-   private:
-    ScratchPool& pool_;
-    std::unique_ptr<Scratch> scratch_;
-  };
-
-  // Frees those that no thread uses.
-  void clear() {
-    const std::lock_guard lock(mutex_);
-    idle_.clear();
-  }
-
- private:
-  std::unique_ptr<Scratch> take() {
-    const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<Scratch>();
-    std::unique_ptr<Scratch> scratch = std::move(idle_.back());
-    idle_.pop_back();
-    return scratch;
-  }
-  void put(std::unique_ptr<Scratch> scratch) {
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(scratch));
-  }
-
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> idle_;
-};
+// Scratches are kept when threads give them back, until release_scratch.
+using ScratchPool = ObjectPool<Scratch>;
 
 inline ScratchPool& scratch_pool() {
   static ScratchPool pool;

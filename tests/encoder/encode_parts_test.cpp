@@ -23,7 +23,9 @@
 namespace psplit {
 namespace {
 
-Mesh reduced(const Mesh& mesh) { return reduce(mesh, {.drop_degenerate = true, .drop_unused = true}).mesh; }
+Mesh reduced(const Mesh& mesh) {
+  return reduce(mesh, {.drop_degenerate = true, .drop_unused = true}, ThreadPool(1)).mesh;
+}
 
 // Parts of consecutive faces.
 std::vector<uint32_t> slabs(const Mesh& mesh, uint32_t count) {
@@ -529,7 +531,7 @@ TEST(EncodeParts, StreamsMayBeAlone) {
   }
   EXPECT_EQ(own_points, mesh.point_count);
   // Points at borders are in several streams.
-  EXPECT_EQ(compare_meshes(mesh, reduce(all, {}).mesh, codings.tolerances), "");
+  EXPECT_EQ(compare_meshes(mesh, reduce(all, {}, ThreadPool(1)).mesh, codings.tolerances), "");
 }
 
 TEST(EncodeParts, RefusesPartsThatBreakTheRules) {

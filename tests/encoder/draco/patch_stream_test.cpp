@@ -43,7 +43,7 @@ Mesh sheet(uint32_t size, uint32_t seam_every) {
   attribute("_FEATURE_ID_0", ComponentType::kUint16, 1, ids.data(), ids.size() * 2);
 
   // Merge the corners that are the same point.
-  const std::vector<uint32_t> lowest = find_duplicates(mesh, {}, 0);
+  const std::vector<uint32_t> lowest = find_duplicates(mesh, {}, 0, ThreadPool(1));
   for (auto& face : mesh.faces)
     for (uint32_t& p : face) p = lowest[p];
   return mesh;

@@ -15,7 +15,7 @@ TEST(Reduce, MergesPointsThatAreEqualInAllAttributes) {
   mesh.point_count = 4;
   mesh.attributes = {float_attribute("POSITION", 1, {1, 2, 1, 1}), float_attribute("_A", 1, {5, 5, 5, 6})};
   mesh.faces = {{0, 1, 2}, {3, 2, 1}};
-  const ReducedMesh reduced = reduce(mesh, {});
+  const ReducedMesh reduced = reduce(mesh, {}, ThreadPool(1));
   EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 1, 3}));
   EXPECT_EQ(reduced.merged_points, 1u);
   EXPECT_EQ(reduced.mesh.point_count, 3u);
@@ -37,7 +37,8 @@ Mesh with_everything_to_drop() {
 }
 
 TEST(Reduce, DropsWhatTheOptionsName) {
-  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.drop_degenerate = true, .drop_unused = true});
+  const ReducedMesh reduced =
+      reduce(with_everything_to_drop(), {.drop_degenerate = true, .drop_unused = true}, ThreadPool(1));
   EXPECT_EQ(reduced.mesh.point_count, 3u);
   ASSERT_EQ(reduced.mesh.faces.size(), 1u);
   EXPECT_EQ(reduced.mesh.faces[0], (std::array<uint32_t, 3>{0, 1, 2}));
@@ -53,7 +54,7 @@ TEST(Reduce, KnowsStoredPointsBefore) {
   for (int k = 0; k < 16; ++k) {
     const ReduceOptions options{(k & 1) != 0, (k & 2) != 0, (k & 4) != 0};
     const auto more = std::span(extra).first(k < 8 ? 0 : extra.size());
-    const ReducedMesh reduced = reduce(mesh, options, more, more.size() / mesh.point_count);
+    const ReducedMesh reduced = reduce(mesh, options, ThreadPool(2), more, more.size() / mesh.point_count);
     const std::vector<uint8_t> stored = stored_points(mesh, options, more, more.size() / mesh.point_count);
     std::set<float> expected, actual;  // values, because either of two equal points may be the stored one
     const auto value = [&](uint32_t point) {
@@ -76,10 +77,11 @@ TEST(Reduce, MergesPointsThatAreEqualOnTheirGrids) {
   const ComparedBytes compared = places_on_grids(mesh, codings);
   const auto merged = [&](const Faces& faces, const ReduceOptions& options) {
     mesh.faces = faces;
-    return reduce(mesh, options).merged_points;
+    return reduce(mesh, options, ThreadPool(1)).merged_points;
   };
   EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {.compared = compared}), 1u);
-  EXPECT_EQ(reduce(mesh, {.compared = compared}).mesh.faces[1], (std::array<uint32_t, 3>{0, 2, 3}));
+  EXPECT_EQ(reduce(mesh, {.compared = compared}, ThreadPool(1)).mesh.faces[1],
+            (std::array<uint32_t, 3>{0, 2, 3}));
   EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {}), 0u);
   EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {.keep_duplicates = true, .compared = compared}), 0u);
   // A face would become degenerate, and the edge from 0 to 2 would get a third face.
@@ -92,13 +94,14 @@ TEST(Reduce, MergesPointsThatAreEqualOnTheirGrids) {
 
 TEST(Reduce, ExtraBytesKeepPointsApart) {
   const std::vector<std::byte> extra = {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}};
-  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.drop_degenerate = true}, extra, 1);
+  const ReducedMesh reduced =
+      reduce(with_everything_to_drop(), {.drop_degenerate = true}, ThreadPool(1), extra, 1);
   EXPECT_EQ(reduced.mesh.point_count, 5u);
   EXPECT_EQ(reduced.dropped_faces, 0u);
 }
 
 TEST(Reduce, KeepsEverythingWhenAsked) {
-  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.keep_duplicates = true});
+  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.keep_duplicates = true}, ThreadPool(1));
   EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 1, 2, 3, 4}));
   EXPECT_EQ(reduced.mesh.faces, with_everything_to_drop().faces);
 }

@@ -61,7 +61,7 @@ class WrittenMeshFile : public testing::Test {
     return must(read(*scanner));
   }
   MeshFile ply(const std::vector<PlacedPart>& parts) {
-    return written(AssetFormat::kPly, parts, [](Scanner& scanner) { return read_ply(scanner); });
+    return written(AssetFormat::kPly, parts, [](Scanner& scanner) { return read_ply(scanner, ThreadPool(1)); });
   }
   MeshFile obj(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kObj, parts, [](Scanner& scanner) {

@@ -72,7 +72,7 @@ Mesh joined(CellParts& parts) {
     const Mesh& mesh = part->mesh;
     EXPECT_FALSE(mesh.faces.empty());
     EXPECT_TRUE(std::ranges::is_sorted(part->shared_points));
-    const ReducedMesh reduced = reduce(mesh, {false, true, true});
+    const ReducedMesh reduced = reduce(mesh, {false, true, true}, ThreadPool(1));
     EXPECT_EQ(reduced.merged_points + reduced.dropped_faces + reduced.dropped_points, 0u);
     if (whole.attributes.empty()) whole.attributes = mesh.attributes;
     std::vector<uint32_t> number(mesh.point_count);
@@ -114,7 +114,7 @@ Mesh joined(CellParts& parts) {
 // The parts together are what reduce() makes of the whole mesh, with the same counts.
 // `more`: points of the input that `mesh` has once.
 void expect_as_reduced(CellParts& parts, const Mesh& mesh, uint64_t more = 0) {
-  const ReducedMesh expected = reduce(mesh, {false, true, true});
+  const ReducedMesh expected = reduce(mesh, {false, true, true}, ThreadPool(1));
   const Mesh actual = joined(parts);
   EXPECT_EQ(compare_meshes(expected.mesh, actual), "");
   const CellStatistics& statistics = parts.statistics();
@@ -176,7 +176,7 @@ TEST(CellParts, UnusualMeshes) {
     file.objects.push_back({"", {{named.mesh, -1}}});
     repair_values(file);
     const Mesh& mesh = file.objects[0].parts[0].mesh;
-    const ReducedMesh reduced = reduce(mesh, {false, true, true});
+    const ReducedMesh reduced = reduce(mesh, {false, true, true}, ThreadPool(1));
     Parts parts = cut(mesh, folder, std::max<uint64_t>(10, mesh.faces.size() / 50));
     if (reduced.mesh.faces.empty()) {
       EXPECT_FALSE(parts.parts.ok());
@@ -294,7 +294,7 @@ TEST(CellParts, NormalsWithoutADirection) {
 TEST(CellParts, CodingsAreThoseOfStoredPoints) {
   const TestFolder folder;
   Mesh mesh = shape(10000, true);
-  const ReducedMesh stored = reduce(mesh, {false, true, true});
+  const ReducedMesh stored = reduce(mesh, {false, true, true}, ThreadPool(1));
   // A point that no face uses, and one of a degenerate face.
   for (const float far : {-1000.0f, 1000.0f}) {
     append_points(mesh, 0, 1);

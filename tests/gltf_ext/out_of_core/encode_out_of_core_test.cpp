@@ -518,7 +518,7 @@ Mesh joined(const Document& document, size_t mesh = 0) {
   Mesh all;
   const size_t count = document.json()["meshes"][mesh]["primitives"].size();
   for (size_t i = 0; i < count; ++i) append_mesh(all, must(read(document, mesh, i)));
-  return reduce(all, {}).mesh;
+  return reduce(all, {}, ThreadPool(1)).mesh;
 }
 
 TEST(EncodeOutOfCore, PatchesMayBePrimitivesOfTheirOwn) {

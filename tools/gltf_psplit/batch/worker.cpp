@@ -223,7 +223,7 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
 
 Status AssetWork::work_on_file(Job& job) {
   if (arguments_.verb == BatchVerb::kValidate) return validate(job);
-  Expected<Document> document = read_input(job.input.string(), session_.log, "auto", FileAccess::kRead);
+  Expected<Document> document = read_input(job.input.string(), session_, "auto", FileAccess::kRead);
   if (!document) return document.status();
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
   if (Status status = check_report_beside(*document); !status.ok()) return status;

@@ -128,7 +128,7 @@ void add_condensed_rules(std::vector<PatchRule>& rules) {
 Expected<std::vector<EncodeJob>> read_compared(const CompareArguments& arguments, const Session& session,
                                                ComparisonOptions& options, ComparisonReport& report) {
   const ProgressBar bar("reading", session.log);
-  Expected<Document> document = read_input(arguments.input, session.log);
+  Expected<Document> document = read_input(arguments.input, session);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok()) return status;
   Expected<std::vector<EncodeJob>> jobs = read_uncompressed(*document, options.coding, session);

@@ -151,7 +151,8 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
                        : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input,
                                                           makes_coarse(arguments));
     if (*estimate <= arguments.memory) {
-      Expected<Asset> asset = read_asset(bytes.bytes, arguments.input, find_describer("auto"));
+      Expected<Asset> asset =
+          read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool);
       if (!asset) return asset.status();
       return Input{std::move(*asset), !is_gltf};
     }
@@ -160,8 +161,8 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
   const auto check = [&](const ExpectedSizes& sizes, bool is_certain) {
     return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
   };
-  Expected<Asset> asset =
-      read_spool(*scanner, *format, arguments.input, spool_options(arguments.encode.options, limits), check);
+  Expected<Asset> asset = read_spool(*scanner, *format, arguments.input,
+                                     spool_options(arguments.encode.options, limits), check, session.pool);
   if (!asset) return asset.status();
   return Input{std::move(*asset)};
 }

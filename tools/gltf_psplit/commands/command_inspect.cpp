@@ -69,7 +69,7 @@ Status write_preview(const Document& document, const std::string& input, const I
 Expected<InspectedAsset> inspect_asset(const std::string& input, const InspectArguments& arguments,
                                        const Session& session) {
   const Expected<Document> document =
-      read_input(input, session.log, arguments.backend.name, FileAccess::kMap, {}, {}, PointClouds::kRead);
+      read_input(input, session, arguments.backend.name, FileAccess::kMap, {}, {}, PointClouds::kRead);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.preview, "--preview", *document); !status.ok())
     return status;

@@ -45,7 +45,7 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Validate
   if (arguments.memory.bytes != 0) spooled = spool_input(input, spool_folder(arguments.memory));
   if (!spooled && spooled.status().code() != StatusCode::kInvalidInput) return spooled.status();
   const Expected<Document> document = !spooled   ? spooled.status()
-                                      : is_draco ? read_input(input, session.log, arguments.backend.name,
+                                      : is_draco ? read_input(input, session, arguments.backend.name,
                                                               FileAccess::kRead, {}, {}, PointClouds::kRead)
                                       : *spooled ? parse_document(**spooled, input)
                                                  : read_document(input, FileAccess::kMap);

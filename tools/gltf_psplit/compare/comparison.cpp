@@ -142,7 +142,7 @@ Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& opti
   encoded.stock.resize(comparison.stock_speeds.size());
   std::vector<uint8_t> is_empty;
   for (const EncodeJob& job : jobs) {
-    const Mesh mesh = reduce_job(job).mesh;
+    const Mesh mesh = reduce_job(job, pool).mesh;
     is_empty.push_back(mesh.faces.empty());
     if (mesh.faces.empty()) continue;
     comparison.faces += mesh.faces.size();

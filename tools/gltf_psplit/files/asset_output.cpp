@@ -35,7 +35,7 @@ Expected<Document> read_for_output(const std::string& input, const std::string& 
   if (!status.ok()) return status;
   Expected<Document> document = [&] {
     ProgressBar bar("reading", session.log);
-    return read_input(input, session.log, backend, FileAccess::kMap, spool, bar.callback("byte"), clouds);
+    return read_input(input, session, backend, FileAccess::kMap, spool, bar.callback("byte"), clouds);
   }();
   if (!document) return document;
   status = check_paths(input, &*document, output, report, session, written, forms);

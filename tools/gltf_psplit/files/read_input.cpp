@@ -13,17 +13,18 @@ Expected<Mesh> decode_draco_points(std::span<const uint8_t> stream, StreamDescri
 
 }  // namespace
 
-Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,
+Expected<Document> read_input(const std::string& path, const Session& session, const std::string& backend,
                               FileAccess access, const std::filesystem::path& spool, const Progress& progress,
                               PointClouds clouds) {
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
   if (!spool.empty()) spooled = spool_input(path, spool, progress);
   if (!spooled) return spooled.status();
   const DecodePoints decode_points = clouds == PointClouds::kRead ? decode_draco_points : DecodePoints();
-  Expected<Asset> asset = *spooled ? read_asset(**spooled, path, find_describer(backend), decode_points)
-                                   : read_asset(path, find_describer(backend), access, progress, decode_points);
+  Expected<Asset> asset =
+      *spooled ? read_asset(**spooled, path, find_describer(backend), decode_points, session.pool)
+               : read_asset(path, find_describer(backend), access, progress, decode_points, session.pool);
   if (!asset) return asset.status();
-  for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
+  for (const std::string& warning : asset->warnings) session.log.warning(path + ": " + warning);
   return std::move(asset->document);
 }
 

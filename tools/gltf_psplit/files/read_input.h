@@ -7,20 +7,21 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
-#include "tools/gltf_psplit/report/log.h"
+#include "tools/gltf_psplit/options/session.h"
 
 namespace psplit {
 
 enum class PointClouds : bool { kRefuse, kRead };
 
 // Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
-// the log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file holds the
-// file's stream, which the named backend described; that of a Draco file of points holds the points, and is
-// refused with PointClouds::kRefuse. If `spool` is a folder, the content of a pipe is put into a
+// the session's log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file
+// holds the file's stream, which the named backend described; that of a Draco file of points holds the points,
+// and is refused with PointClouds::kRefuse. If `spool` is a folder, the content of a pipe is put into a
 // temporary file there, and is not in memory as a whole.
-Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto",
-                              FileAccess access = FileAccess::kMap, const std::filesystem::path& spool = {},
-                              const Progress& progress = {}, PointClouds clouds = PointClouds::kRefuse);
+Expected<Document> read_input(const std::string& path, const Session& session,
+                              const std::string& backend = "auto", FileAccess access = FileAccess::kMap,
+                              const std::filesystem::path& spool = {}, const Progress& progress = {},
+                              PointClouds clouds = PointClouds::kRefuse);
 
 // The content of an input that can be read only once, such as stdin, in a temporary file in `folder`. Nothing
 // if the input is a regular file.

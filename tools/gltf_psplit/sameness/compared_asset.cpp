@@ -57,11 +57,11 @@ Expected<Document> open_large(const std::string& path, const BackendChoice& back
     return std::move(asset->document);
   }
   std::error_code error;
-  if (path != "-" && fs::is_regular_file(path, error)) return read_input(path, session.log, backend.name);
+  if (path != "-" && fs::is_regular_file(path, error)) return read_input(path, session, backend.name);
   // A pipe can be read only once: this is the rest of what was looked into.
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limit.folder);
   if (!spooled) return spooled.status().at({.file = path});
-  Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name));
+  Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name), {}, session.pool);
   if (!asset) return asset.status();
   return std::move(asset->document);
 }
@@ -98,8 +98,8 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
 Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
                                       const MemoryLimit* limit, const Session& session) {
   ProgressBar bar("reading", session.log);
-  Expected<Document> document = limit != nullptr ? open_large(path, backend, *limit, session)
-                                                 : read_input(path, session.log, backend.name);
+  Expected<Document> document =
+      limit != nullptr ? open_large(path, backend, *limit, session) : read_input(path, session, backend.name);
   if (!document) return document.status();
   ComparedAsset asset{std::move(*document), {}};
   ViewPrimitive view;
