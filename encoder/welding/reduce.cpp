@@ -113,6 +113,7 @@ std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& option
   };
   for (const auto& face : mesh.faces) {
     const auto& [a, b, c] = face;
+    if (stored[a] != 0 && stored[b] != 0 && stored[c] != 0) continue;
     const bool merges_points = !options.keep_duplicates && (merges(a, b) || merges(b, c) || merges(c, a));
     if (options.drop_degenerate && (repeats_a_point(face) || merges_points)) continue;
     for (const uint32_t point : face) stored[point] = 1;
