@@ -12,10 +12,10 @@ namespace {
 
 using core::Coding, core::Scheme, core::Transform;
 
-Coding coding_of(const Attribute& attribute, const AttributeCoding& coding) {
-  if (attribute.component_type != ComponentType::kFloat32) return Coding::kInteger;
+Coding coding_of(const DracoLabel& label, const AttributeCoding& coding) {
+  if (label.type != core::DataType::kFloat32) return Coding::kInteger;
   if (coding.bits <= 0) return Coding::kRaw;
-  return draco_semantic(attribute, coding) == DracoSemantic::kNormal ? Coding::kNormal : Coding::kQuantized;
+  return label.semantic == DracoSemantic::kNormal ? Coding::kNormal : Coding::kQuantized;
 }
 
 // Whether libdraco predicts texture coordinates of this many bits from these positions.
@@ -27,9 +27,9 @@ bool predicts_texture(const AttributePlan& positions, int texture_bits) {
          2 * bits + texture_bits <= kMostProductBits;
 }
 
-// The numbers are libdraco's choices by speed.
-Scheme choose_scheme(const AttributePlan& plan, const AttributePlan& positions, const StreamTraits& traits,
-                     const std::function<bool(size_t)>& texture_may_overflow) {
+// The numbers are libdraco's choices by speed. `bits`: those that were asked for, also for integers.
+Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& positions,
+                     const StreamTraits& traits, const std::function<bool(size_t)>& texture_may_overflow) {
   constexpr int kFastest = 10, kFromPositions = 4, kByDifference = 8, kOneParallelogram = 2;
   constexpr uint32_t kFewPoints = 40;
   if (plan.description.coding == Coding::kRaw) return Scheme::kNone;
@@ -37,17 +37,25 @@ Scheme choose_scheme(const AttributePlan& plan, const AttributePlan& positions, 
   if (traits.speed >= kFastest || traits.is_sequential) return Scheme::kDifference;
   const auto semantic = static_cast<DracoSemantic>(plan.description.semantic);
   const bool from_positions = traits.speed < kFromPositions;
-  if (semantic == DracoSemantic::kTexCoord && plan.description.coding == Coding::kQuantized && from_positions) {
+  if (semantic == DracoSemantic::kTexCoord && plan.description.components == 2 && bits > 0 && from_positions) {
     if (texture_may_overflow(plan.source)) return Scheme::kParallelogram;
-    if (predicts_texture(positions, plan.description.bits)) return Scheme::kTexCoords;
+    if (predicts_texture(positions, bits)) return Scheme::kTexCoords;
   }
   if (semantic == DracoSemantic::kNormal)
-    return from_positions && positions.description.coding != Coding::kRaw ? Scheme::kGeometricNormal
-                                                                          : Scheme::kDifference;
+    return from_positions && plan.description.coding == Coding::kNormal &&
+                   positions.description.coding != Coding::kRaw
+               ? Scheme::kGeometricNormal
+               : Scheme::kDifference;
   if (traits.speed >= kByDifference) return Scheme::kDifference;
   return traits.speed >= kOneParallelogram || traits.point_count < kFewPoints
              ? Scheme::kParallelogram
              : Scheme::kConstrainedMultiParallelogram;
+}
+
+std::vector<size_t> own_order(const Mesh& mesh) {
+  std::vector<size_t> order(mesh.attributes.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  return order;
 }
 
 void append_float(float value, std::vector<uint8_t>& out) { append_u32(std::bit_cast<uint32_t>(value), out); }
@@ -64,8 +72,7 @@ DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& 
 }
 
 std::vector<size_t> attribute_order(const Mesh& mesh) {
-  std::vector<size_t> order(mesh.attributes.size());
-  std::iota(order.begin(), order.end(), size_t{0});
+  std::vector<size_t> order = own_order(mesh);
   std::stable_partition(order.begin(), order.end(),
                         [&](size_t i) { return mesh.attributes[i].semantic == "POSITION"; });
   return order;
@@ -75,17 +82,24 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const Att
                                            const StreamTraits& traits,
                                            const std::function<bool(size_t)>& texture_may_overflow) {
   std::vector<AttributePlan> plans;
-  for (const size_t i : attribute_order(mesh)) {
+  const bool has_labels = !traits.labels.empty(),
+             has_groups = !traits.is_sequential && traits.speed < kSpeedOfOneTable;
+  uint32_t next_group = 1;
+  for (const size_t i : has_labels ? own_order(mesh) : attribute_order(mesh)) {
     const Attribute& attribute = mesh.attributes[i];
+    const DracoLabel label =
+        has_labels ? traits.labels[i]
+                   : DracoLabel{draco_semantic(attribute, codings[i]), stored_type(attribute.component_type)};
     AttributePlan& plan = plans.emplace_back();
     plan.source = i;
+    if (has_groups && label.semantic != DracoSemantic::kPosition) plan.group = next_group++;
     core::Attribute<uint32_t>& description = plan.description;
-    description.semantic = static_cast<uint8_t>(draco_semantic(attribute, codings[i]));
-    description.type = stored_type(attribute.component_type);
+    description.semantic = static_cast<uint8_t>(label.semantic);
+    description.type = label.type;
     description.components = attribute.component_count;
     description.normalized = attribute.normalized;
     description.unique_id = static_cast<uint32_t>(plans.size() - 1);
-    description.coding = coding_of(attribute, codings[i]);
+    description.coding = coding_of(label, codings[i]);
     if (description.coding == Coding::kQuantized || description.coding == Coding::kNormal)
       description.bits = static_cast<uint8_t>(codings[i].bits);
     if (description.coding == Coding::kQuantized) {
@@ -93,8 +107,23 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const Att
       plan.origin = codings[i].origin;
     }
     if (description.coding == Coding::kNormal) plan.transform = Transform::kOctahedronCanonicalized;
-    plan.scheme = choose_scheme(plan, plans[0], traits, texture_may_overflow);
   }
+  const auto is_position = [](const AttributePlan& plan) {
+    return static_cast<DracoSemantic>(plan.description.semantic) == DracoSemantic::kPosition;
+  };
+  const auto positions = std::ranges::find_if(plans, is_position);
+  for (AttributePlan& plan : plans)
+    plan.scheme = choose_scheme(plan, codings[plan.source].bits, positions == plans.end() ? plan : *positions,
+                                traits, texture_may_overflow);
+  // What is predicted from positions that come later waits for them, behind all others.
+  if (positions != plans.end())
+    if (const auto waiting = std::stable_partition(plans.begin(), positions,
+                                                   [](const AttributePlan& plan) {
+                                                     return plan.scheme != Scheme::kTexCoords &&
+                                                            plan.scheme != Scheme::kGeometricNormal;
+                                                   });
+        waiting != positions)
+      std::rotate(waiting, positions, plans.end());
   return plans;
 }
 
@@ -141,7 +170,8 @@ std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, 
   const size_t group_count = is_one_group ? 1 : plans.size(), group_size = is_one_group ? plans.size() : 1;
   out.push_back(static_cast<uint8_t>(group_count));
   constexpr uint8_t kNoData = 0xff;
-  for (size_t group = 0; group < group_count; ++group) {
+  for (size_t i = 0; i < group_count; ++i) {
+    const uint32_t group = plans[i].group;
     out.push_back(group == 0 ? kNoData : static_cast<uint8_t>(group - 1));
     out.push_back(group == 0 || has_seams[group - 1] == 0 ? 0 : 1);  // whether it has a table of its own
     out.push_back(group == 0 && speed == 0 ? kPredictionDegree : kDepthFirst);

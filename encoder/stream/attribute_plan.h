@@ -22,11 +22,20 @@ DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& 
 // first.
 std::vector<size_t> attribute_order(const Mesh& mesh);
 
+// How a caller of Draco's own interface describes an attribute, whatever glTF would call it.
+struct DracoLabel {
+  DracoSemantic semantic = DracoSemantic::kGeneric;
+  core::DataType type = core::DataType::kFloat32;  // kInt32: signed numbers, which the mesh has as kUint32
+};
+
 // What the choices depend on, besides the attributes.
 struct StreamTraits {
   int speed = 5;             // 0 to 10
   uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
   bool is_sequential = false;
+  // Of the mesh's attributes. Their order is then that of the unique ids, and the grids of the codings are
+  // those of the stream. Empty: labels follow from glTF's semantics, and POSITION comes first.
+  std::span<const DracoLabel> labels{};
 };
 
 // The speed from which on Edgebreaker cuts the mesh at all seams, and attributes share a table and a group.
@@ -34,7 +43,8 @@ inline constexpr int kSpeedOfOneTable = 6;
 
 // How an attribute is stored.
 struct AttributePlan {
-  size_t source = 0;  // its index in the mesh
+  size_t source = 0;   // its index in the mesh
+  uint32_t group = 0;  // of the connectivity: 0 is that of POSITION, and of all attributes that share one table
   // semantic, type, components, normalized, unique_id, coding, bits; and range, with `origin`.
   core::Attribute<uint32_t> description;
   std::vector<float> origin;  // of kQuantized
@@ -45,9 +55,9 @@ struct AttributePlan {
 };
 
 // The plans of the attributes in the order of the stream. The grids of kQuantized are those of the codings:
-// set_stream_grid (attribute_values.h) makes them libdraco's. texture_may_overflow(i) says for an attribute of
-// the mesh that has texture coordinates whether to predict them by parallelogram, because products with
-// positions may exceed 64 bits.
+// set_stream_grid (attribute_values.h) makes them libdraco's, if there are no labels. texture_may_overflow(i)
+// says for an attribute of the mesh that has texture coordinates whether to predict them by parallelogram,
+// because products with positions may exceed 64 bits.
 std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                            const StreamTraits& traits,
                                            const std::function<bool(size_t)>& texture_may_overflow);

@@ -18,14 +18,15 @@ T component_at(const Attribute& source, uint32_t row, size_t component) {
 }
 
 template <typename T>
-bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int32_t* out) {
-  constexpr uint32_t kMost = 0x7fffffff;
+bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int32_t* out,
+                   bool are_signed = false) {
+  const uint32_t most = are_signed ? 0xffffffff : 0x7fffffff;
   const size_t components = source.component_count, stride = core::value_stride(source.component_count);
   bool fits = true;
   for (const uint32_t row : rows) {
     for (size_t k = 0; k < components; ++k) {
       const T value = component_at<T>(source, row, k);
-      if constexpr (sizeof(T) == sizeof(uint32_t)) fits = fits && value <= kMost;
+      if constexpr (sizeof(T) == sizeof(uint32_t)) fits = fits && value <= most;
       out[k] = static_cast<int32_t>(value);
     }
     out += stride;
@@ -119,7 +120,9 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
     case ComponentType::kUint8: fits = copy_integers<uint8_t>(source, rows, to); break;
     case ComponentType::kInt16: fits = copy_integers<int16_t>(source, rows, to); break;
     case ComponentType::kUint16: fits = copy_integers<uint16_t>(source, rows, to); break;
-    case ComponentType::kUint32: fits = copy_integers<uint32_t>(source, rows, to); break;
+    case ComponentType::kUint32:
+      fits = copy_integers<uint32_t>(source, rows, to, description.type == core::DataType::kInt32);
+      break;
     case ComponentType::kFloat32: fits = false; break;
   }
   return fits ? Status() : unsupported(source.semantic + ": an integer above 2^31 - 1");

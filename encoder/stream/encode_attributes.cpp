@@ -8,23 +8,25 @@ namespace {
 
 class AttributeEncoder {
  public:
-  AttributeEncoder(const AttributeSource& source, std::span<const core::Group<uint32_t>> groups,
+  // `has_grids`: the plans' grids are final.
+  AttributeEncoder(const AttributeSource& source, bool has_grids, std::span<const core::Group<uint32_t>> groups,
                    std::span<const uint32_t> point_of_corner)
-      : source_(source), groups_(groups), point_of_corner_(point_of_corner) {}
+      : source_(source), has_grids_(has_grids), groups_(groups), point_of_corner_(point_of_corner) {}
 
   Status encode(EncodedAttributes& out) {
-    for (size_t i = 0; i < out.plans.size(); ++i) {
-      AttributePlan& plan = out.plans[i];
-      const core::Group<uint32_t>& group = groups_.size() == 1 ? groups_[0] : groups_[i];
+    for (AttributePlan& plan : out.plans) {
+      const core::Group<uint32_t>& group = groups_[plan.group];
+      const bool is_position =
+          static_cast<DracoSemantic>(plan.description.semantic) == DracoSemantic::kPosition;
       core::Attribute<uint32_t> attribute = plan.description;
       if (Status status = take_values(group, plan, attribute); !status.ok()) return status;
-      if (i == 0) positions_ = attribute;
+      if (is_position) positions_ = attribute;
       Expected<AttributeFields> fields =
           correct_values({group, attribute, plan.scheme, plan.transform, &groups_[0], &positions_});
       if (!fields) return unsupported(mesh_attribute(plan).semantic + ": " + fields.status().message());
       out.fields.push_back(std::move(*fields));
       // Other attributes are predicted from positions.
-      if (i == 0) position_values_ = std::move(values_);
+      if (is_position) position_values_ = std::move(values_);
     }
     return {};
   }
@@ -42,7 +44,7 @@ class AttributeEncoder {
                      core::Attribute<uint32_t>& attribute) {
     const Attribute& from = mesh_attribute(plan);
     const bool is_raw = attribute.coding == core::Coding::kRaw;
-    if (attribute.coding == core::Coding::kQuantized) {
+    if (attribute.coding == core::Coding::kQuantized && !has_grids_) {
       rows_.resize(source_.points.size());
       for (uint32_t point = 0; point < rows_.size(); ++point) rows_[point] = row_of(plan, point);
       set_stream_grid(from, source_.codings[plan.source], rows_, plan);
@@ -64,6 +66,7 @@ class AttributeEncoder {
   }
 
   const AttributeSource& source_;
+  const bool has_grids_;
   const std::span<const core::Group<uint32_t>> groups_;
   const std::span<const uint32_t> point_of_corner_;
   core::Attribute<uint32_t> positions_;
@@ -80,8 +83,8 @@ Expected<EncodedAttributes> encode_attributes(const AttributeSource& source, con
                                               std::span<const uint32_t> point_of_corner) {
   EncodedAttributes out;
   out.plans = plan_attributes(*source.welded.mesh, source.codings, traits, texture_may_overflow);
-  if (Status status = AttributeEncoder(source, groups, point_of_corner).encode(out); !status.ok())
-    return status;
+  AttributeEncoder encoder(source, !traits.labels.empty(), groups, point_of_corner);
+  if (Status status = encoder.encode(out); !status.ok()) return status;
   return out;
 }
 

@@ -33,9 +33,10 @@ struct EncodedAttributes {
   std::vector<AttributeFields> fields;
 };
 
-// `groups` have tables and sequences: one for all attributes, or one for each in the order of the stream.
-// point_of_corner has the part's point at each corner of their tables. For texture_may_overflow see
-// plan_attributes. Errors: those of correct_values and write_integers. Thread-safe.
+// `groups` have tables and sequences: one for all attributes, or that of POSITION and those of the others in
+// the order of the mesh (AttributePlan::group). point_of_corner has the part's point at each corner of their
+// tables. For texture_may_overflow see plan_attributes. Errors: those of correct_values and write_integers.
+// Thread-safe.
 Expected<EncodedAttributes> encode_attributes(const AttributeSource& source, const StreamTraits& traits,
                                               const std::function<bool(size_t)>& texture_may_overflow,
                                               std::span<const core::Group<uint32_t>> groups,

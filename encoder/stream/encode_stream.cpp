@@ -43,6 +43,42 @@ Expected<EncodedConnectivity> connect(const WeldedMesh& welded, const PatchMesh&
   return encode_connectivity({static_cast<uint32_t>(patch.points.size()), patch.faces, spans}, choices);
 }
 
+struct Written {
+  EncodedConnectivity connectivity;
+  std::vector<uint8_t> bytes;
+};
+
+Expected<Written> write_stream(const WeldedMesh& welded, const PatchMesh& patch,
+                               std::span<const AttributeCoding> codings, std::span<const DracoLabel> labels,
+                               int encode_speed) {
+  constexpr size_t kMostPoints = size_t{1} << 30;
+  if (patch.points.size() > kMostPoints)
+    return unsupported(std::to_string(patch.points.size()) + " points are too many for one stream");
+  const ConnectivityChoices choices = choose_connectivity(encode_speed, patch.faces.size());
+  Expected<EncodedConnectivity> connectivity = connect(welded, patch, choices);
+  if (!connectivity) return connectivity.status();
+  const core::View<core::Group<uint32_t>> groups = connectivity->patch.groups;
+  const StreamTraits traits{
+      .speed = encode_speed, .point_count = static_cast<uint32_t>(patch.points.size()), .labels = labels};
+  Expected<EncodedAttributes> attributes = encode_attributes(
+      {welded, codings, patch.points}, traits,
+      [&](size_t texcoords) {
+        return texture_prediction_may_overflow(welded, patch, codings, texcoords, encode_speed);
+      },
+      {groups.data(), groups.size()}, connectivity->point_of_corner);
+  if (!attributes) return attributes.status();
+
+  std::vector<uint8_t> has_seams;
+  for (uint32_t group = 1; group < groups.size(); ++group) has_seams.push_back(groups[group].per_corner);
+  DracoFields& fields = connectivity->fields;
+  fields.skeleton = edgebreaker_skeleton(attributes->plans, encode_speed, choices.valence, has_seams);
+  fields.attributes = std::move(attributes->fields);
+  fields.symbol_level = symbol_level_of(encode_speed);
+  Expected<std::vector<uint8_t>> bytes = write_fields(fields);
+  if (!bytes) return bytes.status();
+  return Written{std::move(*connectivity), std::move(*bytes)};
+}
+
 // Faces and points in the order of the stream.
 void list_points(const EncodedConnectivity& connectivity, EncodedPatch& out) {
   const core::Patch<uint32_t>& patch = connectivity.patch;
@@ -88,36 +124,23 @@ Expected<Mesh> decode_stream(const Mesh& mesh, std::span<const uint8_t> bytes) {
 Expected<EncodedPatch> encode_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                      std::span<const AttributeCoding> codings, int encode_speed,
                                      bool with_values) {
-  constexpr size_t kMostPoints = size_t{1} << 30;
-  if (patch.points.size() > kMostPoints)
-    return unsupported(std::to_string(patch.points.size()) + " points are too many for one stream");
-  const ConnectivityChoices choices = choose_connectivity(encode_speed, patch.faces.size());
-  Expected<EncodedConnectivity> connectivity = connect(welded, patch, choices);
-  if (!connectivity) return connectivity.status();
-  const core::View<core::Group<uint32_t>> groups = connectivity->patch.groups;
-  const StreamTraits traits{.speed = encode_speed, .point_count = static_cast<uint32_t>(patch.points.size())};
-  Expected<EncodedAttributes> attributes = encode_attributes(
-      {welded, codings, patch.points}, traits,
-      [&](size_t texcoords) {
-        return texture_prediction_may_overflow(welded, patch, codings, texcoords, encode_speed);
-      },
-      {groups.data(), groups.size()}, connectivity->point_of_corner);
-  if (!attributes) return attributes.status();
-
-  std::vector<uint8_t> has_seams;
-  for (uint32_t group = 1; group < groups.size(); ++group) has_seams.push_back(groups[group].per_corner);
-  DracoFields& fields = connectivity->fields;
-  fields.skeleton = edgebreaker_skeleton(attributes->plans, encode_speed, choices.valence, has_seams);
-  fields.attributes = std::move(attributes->fields);
-  fields.symbol_level = symbol_level_of(encode_speed);
-  Expected<std::vector<uint8_t>> bytes = write_fields(fields);
-  if (!bytes) return bytes.status();
+  Expected<Written> written = write_stream(welded, patch, codings, {}, encode_speed);
+  if (!written) return written.status();
   EncodedPatch out;
-  out.bytes = std::move(*bytes);
-  list_points(*connectivity, out);
+  out.bytes = std::move(written->bytes);
+  list_points(written->connectivity, out);
   if (with_values)
     if (Status status = decode_values(*welded.mesh, out); !status.ok()) return status;
   return out;
+}
+
+Expected<LabelledStream> encode_labelled(const WeldedMesh& welded, const PatchMesh& patch,
+                                         std::span<const AttributeCoding> codings,
+                                         std::span<const DracoLabel> labels, int encode_speed) {
+  Expected<Written> written = write_stream(welded, patch, codings, labels, encode_speed);
+  if (!written) return written.status();
+  const core::Patch<uint32_t>& decoded = written->connectivity.patch;
+  return LabelledStream{std::move(written->bytes), decoded.point_count, decoded.face_count};
 }
 
 }  // namespace psplit

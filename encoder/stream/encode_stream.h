@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
 #include "src/container/decode_backend.h"
@@ -29,5 +30,14 @@ Expected<Mesh> decode_stream(const Mesh& mesh, std::span<const uint8_t> bytes);
 Expected<EncodedPatch> encode_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                      std::span<const AttributeCoding> codings, int encode_speed,
                                      bool with_values = false);
+
+// The bytes alone, for attributes with labels (attribute_plan.h), and the connectivity that they came from.
+struct LabelledStream {
+  std::vector<uint8_t> bytes;
+  uint32_t point_count = 0, face_count = 0;  // as decoded
+};
+Expected<LabelledStream> encode_labelled(const WeldedMesh& welded, const PatchMesh& patch,
+                                         std::span<const AttributeCoding> codings,
+                                         std::span<const DracoLabel> labels, int encode_speed);
 
 }  // namespace psplit

@@ -86,13 +86,14 @@ void append_attributes(const EncodedAttributes& attributes, int speed, std::vect
 
 }  // namespace
 
-Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source, Faces faces, int speed) {
+Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source, Faces faces, int speed,
+                                                       std::span<const DracoLabel> labels) {
   const auto point_count = static_cast<uint32_t>(source.points.size());
   if (point_count == 0) return invalid_input("a mesh without points");
   const PointsInOrder points(point_count);
   const Expected<EncodedAttributes> attributes = encode_attributes(
-      source, {.speed = speed, .point_count = point_count, .is_sequential = true}, [](size_t) { return false; },
-      {&points.group(), 1}, points.point_of_corner());
+      source, {.speed = speed, .point_count = point_count, .is_sequential = true, .labels = labels},
+      [](size_t) { return false; }, {&points.group(), 1}, points.point_of_corner());
   if (!attributes) return attributes.status();
 
   // The version, a mesh, the sequential method, and flags of which none is set.
@@ -102,8 +103,11 @@ Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& so
   append_attributes(*attributes, speed, values);
   constexpr size_t kMostHeaderBytes = 64;
   const size_t others = head.size() + values.size(), least = 3 * faces.size() + kMostHeaderBytes;
-  std::vector<uint8_t> indices = plain_indices(faces, point_count), smaller = compressed_indices(faces);
-  if (smaller.size() < indices.size() && others + smaller.size() >= least) indices = std::move(smaller);
+  std::vector<uint8_t> indices = plain_indices(faces, point_count);
+  if (labels.empty()) {
+    std::vector<uint8_t> smaller = compressed_indices(faces);
+    if (smaller.size() < indices.size() && others + smaller.size() >= least) indices = std::move(smaller);
+  }
   head.insert(head.end(), indices.begin(), indices.end());
   head.insert(head.end(), values.begin(), values.end());
   return head;

@@ -15,8 +15,10 @@ namespace psplit {
 // takes any face. Indices, points of the part, are compressed if that makes the stream smaller, and if
 // libdraco's decoder takes it: it refuses compressed indices of fewer than three bytes for each face in what
 // follows. Errors: kInvalidInput for no points; those of encode_attributes. Thread-safe.
+//
+// With labels (StreamTraits) indices are not compressed, as in libdraco unless it is told to.
 Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source,
                                                        std::span<const std::array<uint32_t, 3>> faces,
-                                                       int speed);
+                                                       int speed, std::span<const DracoLabel> labels = {});
 
 }  // namespace psplit

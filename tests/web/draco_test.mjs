@@ -8,6 +8,7 @@ import test from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { BlobWorker } from './blob_worker.mjs';
 import { ask } from './draco_answers.mjs';
+import { test_list } from './draco_members.mjs';
 import { compressed_primitives, corpus_folder, files_below, modules_folder, package_folder, root, stock } from './load.mjs';
 import { streams } from './stock_draco.mjs';
 
@@ -15,7 +16,6 @@ const folder = path.join(package_folder, 'draco');
 const { createDecoderModule } = createRequire(import.meta.url)(path.join(folder, 'draco_wasm_wrapper.js'));
 const ours = await createDecoderModule(), theirs = await stock.createDecoderModule({});
 const newest = createRequire(path.join(modules_folder, 'package.json'))('draco3d-newest');
-const conformance = readFileSync(path.join(root, 'web/js/draco/conformance.md'), 'utf8');
 
 test('the same answers as draco3d', () => {
   for (const [name, bytes] of streams()) assert.deepEqual(ask(ours, bytes), ask(theirs, bytes), name);
@@ -27,35 +27,7 @@ test('the same answers if transforms are skipped', () => {
       assert.deepEqual(ask(ours, bytes, ['POSITION', 'NORMAL', 'TEX_COORD']), ask(theirs, bytes, ['POSITION', 'NORMAL', 'TEX_COORD']), name);
 });
 
-// What emscripten's glue has for itself.
-const kOfGlue = /^_|^(asm|calledRun|ready|inspect|onModuleParsed|onRuntimeInitialized|then)$/;
-const members = (draco) => Object.keys(draco).flatMap((name) => {
-  if (kOfGlue.test(name) || typeof draco[name] === 'number') return [];
-  const of_class = Object.getOwnPropertyNames(draco[name]?.prototype ?? {}).filter((member) => !/^(constructor|__)/.test(member));
-  return /^[A-Z]/.test(name) && of_class.length > 0 ? of_class.map((member) => `${name}.${member}`) : [name];
-});
-// By member: its state in the list.
-const states = new Map([...conformance.matchAll(/^\| (`.*`) \| (.*) \|$/gm)].flatMap(([, names, state]) =>
-  names.split(', ').map((name) => [name.replaceAll('`', ''), state])));
-// An inherited member is there, too. A class without members of its own is not in the list.
-const is_there = (name) => name.split('.').reduce((at, part) => (at === undefined ? at : at.prototype?.[part] ?? at[part]), ours) !== undefined;
-
-for (const [version, draco] of [['1.5.7', theirs], ['1.5.9', await newest.createDecoderModule({})]])
-  test(`the list has every member of draco3d ${version}`, () => {
-    const wanted = members(draco).filter((name) => !/^(GeometryAttribute|Metadata)$/.test(name));
-    assert.ok(wanted.length > 90, `${wanted.length} members`);
-    assert.deepEqual(wanted.filter((name) => !states.has(name)), []);
-    for (const [name, value] of Object.entries(draco)) if (typeof value === 'number' && !name.startsWith('_')) assert.equal(ours[name], value, name);
-    const unknown = [...states.keys()].filter((name) => !wanted.includes(name) && !/^(_malloc|_free)$/.test(name));
-    assert.deepEqual(unknown, []);
-  });
-
-test('members are there, or the list says why they are absent', () => {
-  for (const [name, state] of states) {
-    assert.match(state, /^(as draco3d|absent: .|\w)/);
-    assert.equal(is_there(name), !state.startsWith('absent: '), name);
-  }
-});
+test_list('conformance.md', ours, { '1.5.7': theirs, '1.5.9': await newest.createDecoderModule({}) }, 90);
 
 test('several live meshes', () => {
   const decoder = new ours.Decoder(), [first, second] = [...streams()].map(([, bytes]) => bytes);

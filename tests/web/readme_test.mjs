@@ -55,6 +55,14 @@ test('the command of glTF-Transform', { timeout: 60000 }, () => {
   const without = inspected();
   assert.match(without.stdout + without.stderr, /Missing required extension/);
 });
+test('the encoder in place of draco3d', async () => {
+  const { io, KHRDracoMeshCompression } = await run(block('Encoding, in place of draco3d'), ['io', 'KHRDracoMeshCompression'], {});
+  const { document } = await run(block('glTF-Transform'), ['document'], {});
+  document.createExtension(KHRDracoMeshCompression).setRequired(true);
+  for (const extension of document.getRoot().listExtensionsUsed()) if (extension.extensionName === 'PSPLIT_mesh_draco_patches') extension.dispose();
+  const { extensionsUsed } = await io.writeJSON(document).then(({ json }) => json);
+  assert.deepEqual(extensionsUsed, ['KHR_draco_mesh_compression']);
+});
 test('streams and containers', async () => {
   const { mesh, converted, whole } = await run(block('Streams and containers'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
   assert.deepEqual(converted.attributes[0].array, mesh.attributes[0].array);

@@ -2,6 +2,7 @@
 import { NodeIO } from '@gltf-transform/core';
 import { type ChoosePatches, type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
 import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
+import createEncoderModule from 'psplit/draco/draco_encoder.js';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
@@ -79,6 +80,7 @@ export async function arriving(pool: Pool, signal: AbortSignal): Promise<number>
 
 export async function io(pool: Pool): Promise<void> {
   const io = new NodeIO().registerExtensions([PsplitMeshDracoPatches]).registerDependencies({ 'psplit.decoder': await createDecoder(),
+    'draco3d.encoder': await createEncoderModule({ locateFile: (file) => `/psplit/${file}` }),
     'draco3d.decoder': await createDecoderModule({ draco3d: 'https://example.com/draco3d/' }) });
   const json = await io.readAsJSON('a.glb');
   await decodeAhead(json, pool);

@@ -193,6 +193,9 @@ void* operator new(size_t bytes) {
   return memory;
 }
 void* operator new[](size_t bytes) { return operator new(bytes); }
+// Of libc++'s temporary buffers.
+const std::nothrow_t std::nothrow{};
+void* operator new(size_t bytes, const std::nothrow_t&) noexcept { return psplit::web::allocate(bytes); }
 void operator delete(void* memory) noexcept { psplit::web::release(memory); }
 void operator delete(void* memory, size_t) noexcept { psplit::web::release(memory); }
 void operator delete[](void* memory) noexcept { psplit::web::release(memory); }

@@ -51,6 +51,9 @@ std::string std::to_string(unsigned value) {
   while ((value /= 10) != 0);
   return {at, digits + sizeof digits};
 }
+std::string std::to_string(unsigned long value) { return to_string(static_cast<unsigned>(value)); }
+// Of counts, which have no more than 32 bits here.
+std::string std::to_string(unsigned long long value) { return to_string(static_cast<unsigned>(value)); }
 std::string std::to_string(int value) {
   return value < 0 ? "-" + std::to_string(0u - static_cast<unsigned>(value))
                    : std::to_string(static_cast<unsigned>(value));

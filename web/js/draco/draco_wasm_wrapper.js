@@ -5,10 +5,7 @@
 var DracoDecoderModule = (() => {
   'use strict';
 
-  const kScript = typeof document !== 'undefined' ? document.currentScript?.src : undefined;
-  const kIsNode = typeof process === 'object' && process.versions?.node !== undefined;
-  // An instance that holds more memory than this is dropped if nothing lived in it for a while.
-  const kMostKeptBytes = 64 * 1024 * 1024, kKeptMs = 2000;
+  //#include web/draco/emscripten.js
 
   const kConstants = {
     ATTRIBUTE_INVALID_TRANSFORM: -1, ATTRIBUTE_NO_TRANSFORM: 0, ATTRIBUTE_QUANTIZATION_TRANSFORM: 1,
@@ -29,84 +26,15 @@ var DracoDecoderModule = (() => {
   const kGeometryTree = 1, kPart = 2, kEntry = 3;
   const kMostDepth = 1001;  // so many parts in each other are draco3d's limit
 
-  // An instance. Meshes and memory of _malloc stay in theirs.
-  class Core {
-    constructor(instance) {
-      this.exports = instance.exports;
-      this.live = 0;  // meshes, and memory of _malloc
-      this.broken = false;
-    }
-    get buffer() {
-      return this.exports.memory.buffer;
-    }
-    words(at, count) {
-      return new Uint32Array(this.buffer, at, count);
-    }
-    allocate(bytes) {
-      const at = bytes < 2 ** 32 ? this.exports.allocate(bytes) >>> 0 : 0;
-      if (at === 0) throw new RangeError('psplit: out of memory');
-      return at;
-    }
-    // The handle of what decoding makes of the bytes, or 0.
-    decode(bytes) {
-      const at = this.allocate(bytes.length);
-      new Uint8Array(this.buffer, at, bytes.length).set(bytes);
-      return this.call('decode_stream', at, bytes.length);
-    }
-    // Calls an export that takes memory. If it is left by an exception, the instance cannot decode any more, but its memory and
-    // what lives there stay as they are.
-    call(name, ...rest) {
-      try {
-        if (this.broken) throw new Error('it was before');
-        return this.exports[name](...rest);
-      } catch (error) {
-        this.broken = true;
-        throw new RangeError(`psplit: out of memory (${error.message})`);
-      }
-    }
+  // The handle of what decoding makes of the bytes, or 0.
+  function decode_bytes(core, bytes) {
+    const at = core.allocate(bytes.length);
+    new Uint8Array(core.buffer, at, bytes.length).set(bytes);
+    return core.call('decode_stream', at, bytes.length);
   }
 
-  // `compiled`: what further instances are made of. Without it an instance that broke stays.
-  function make_module({ instance, compiled }, config) {
-    // What decodes now, and what _malloc takes memory from. They differ only while memory of _malloc lives in an instance
-    // that broke.
-    let core = new Core(instance), heap = core;
-    const blocks = new Set();  // of _malloc
-    let timer;
-    const renew = () => {
-      if (compiled === undefined) return;
-      core = new Core(new WebAssembly.Instance(compiled, {}));
-      if (blocks.size === 0) heap = core;
-    };
-    const usable_core = () => {
-      clearTimeout(timer);
-      if (core.broken) renew();
-      return core;
-    };
-    // Something of an instance is freed.
-    const leave = (left) => {
-      if (--left.live > 0 || left !== core || core.buffer.byteLength <= kMostKeptBytes) return;
-      timer = setTimeout(renew, kKeptMs);
-      timer.unref?.();
-    };
-
-    // Every object has an address that is its own, as emscripten's have.
-    let last_pointer = 0;
-    const objects = new Map();
-    class WrapperObject {
-      constructor() {
-        this.ptr = last_pointer += 8;
-        objects.set(this.ptr, this);
-      }
-      __destroy__() {
-        objects.delete(this.ptr);
-        this.ptr = 0;
-      }
-    }
-    const null_of = (Class, members) => Object.assign(Object.create(Class.prototype), { ptr: 0 }, members);
-    const kNull = null_of(WrapperObject);
-
-    class VoidPtr extends WrapperObject {}
+  function make_module(started, config) {
+    const memory = new Memory(started), { WrapperObject, null_of, array_class, members } = make_objects();
     class Status extends WrapperObject {
       #code;
       #message;
@@ -130,14 +58,6 @@ var DracoDecoderModule = (() => {
       const bytes = data instanceof ArrayBuffer ? new Uint8Array(data)
         : ArrayBuffer.isView(data) ? new Uint8Array(data.buffer, data.byteOffset, data.byteLength) : Uint8Array.from(data);
       return bytes.slice(0, size);
-    };
-
-    const array_class = (Type, name) => class extends WrapperObject {
-      array_ = new Type(0);
-      name_ = name;
-      // draco3d returns all numbers of 32 bits as signed ones.
-      GetValue(i) { return Type === Uint32Array ? this.array_[i] | 0 : this.array_[i]; }
-      size() { return this.array_.length; }
     };
 
     class GeometryAttribute extends WrapperObject {}
@@ -229,7 +149,7 @@ var DracoDecoderModule = (() => {
         this.theirs_ = undefined;
         if (this.handle_ === 0) return;
         if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
-        leave(this.core_);
+        memory.leave(this.core_);
         this.handle_ = 0;
         for (const object of [...this.attributes_, ...this.metadata_.map(([, metadata]) => metadata)]) object.__destroy__();
         this.attributes_ = [];
@@ -253,9 +173,6 @@ var DracoDecoderModule = (() => {
       }
     }
     const kNoMetadata = null_of(Metadata, { entries_: new Map() });
-    const string_of_bytes = (bytes) => String.fromCharCode(...bytes);
-    // Strings of C end at a zero.
-    const bytes_of_text = (text) => new TextEncoder().encode(text.split('\0', 1)[0]);
     const text_of_bytes = (bytes) => new TextDecoder().decode(bytes).split('\0', 1)[0];
     const entry_of = ({ entries_: entries }, name) => entries.get(string_of_bytes(bytes_of_text(name)));
     // The metadata of a decoded stream that has some, as those of a mesh. Undefined if it is more than draco3d accepts.
@@ -363,12 +280,12 @@ var DracoDecoderModule = (() => {
         super.__destroy__();
       }
       #decode_by_psplit(bytes, mesh) {
-        mesh.core_ = usable_core();
+        mesh.core_ = memory.usable_core();
         mesh.skipped_ = new Set(this.#skipped);
         const { exports } = mesh.core_;
         try {
-          mesh.handle_ = mesh.core_.decode(bytes);
-          if (mesh.handle_ === 0) return this.#last_error(mesh.core_);
+          mesh.handle_ = decode_bytes(mesh.core_, bytes);
+          if (mesh.handle_ === 0) return new Status(kConstants.DRACO_ERROR, mesh.core_.last_error().message);
           ++mesh.core_.live;
           mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(mesh.handle_), 3));
           const is_mesh = bytes[7] === kConstants.TRIANGULAR_MESH, is_sequential = bytes[8] === 0;
@@ -387,11 +304,6 @@ var DracoDecoderModule = (() => {
           if (!(error instanceof RangeError)) throw error;
           return new Status(kConstants.DRACO_ERROR, error.message);
         }
-      }
-      #last_error({ exports }) {
-        const [, , at, length] = new Uint32Array(exports.memory.buffer, exports.last_error(), 4);
-        const message = String.fromCharCode(...new Uint8Array(exports.memory.buffer, at, length));
-        return new Status(kConstants.DRACO_ERROR, `psplit: ${message}`);
       }
 
       // Values are addressed by their place among the attributes, as draco3d's ids are.
@@ -453,7 +365,7 @@ var DracoDecoderModule = (() => {
         }
         const values = converted(integers_of(mesh, attribute), type);
         if (values === null) return false;
-        new Type(heap.buffer, out, values.length).set(values);
+        new Type(memory.heap.buffer, out, values.length).set(values);
         return true;
       }
       GetAttributeFloatForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_FLOAT32, out); }
@@ -491,7 +403,7 @@ var DracoDecoderModule = (() => {
           (at !== 0 && i === rest.length - 1 ? at : copies.get(argument) ?? argument)));
         for (const [ours, theirs] of arrays)
           ours.array_ = ours.array_.constructor.from({ length: theirs.size() }, (_, i) => theirs.GetValue(i));
-        if (at !== 0 && result) new Uint8Array(heap.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
+        if (at !== 0 && result) new Uint8Array(memory.heap.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
         return result;
       } finally {
         for (const [, theirs] of arrays) draco3d.destroy(theirs);
@@ -502,9 +414,9 @@ var DracoDecoderModule = (() => {
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
     // Has something written to `out`, which is memory of _malloc. It may lie in another instance than the mesh.
     function write(mesh, out, size, write_to) {
-      if (mesh.core_ === heap) return write_to(out);
+      if (mesh.core_ === memory.heap) return write_to(out);
       const at = mesh.core_.allocate(size), result = write_to(at);
-      new Uint8Array(heap.buffer, out, size).set(new Uint8Array(mesh.core_.buffer, at, size));
+      new Uint8Array(memory.heap.buffer, out, size).set(new Uint8Array(mesh.core_.buffer, at, size));
       mesh.core_.exports.release(at);
       return result;
     }
@@ -559,38 +471,14 @@ var DracoDecoderModule = (() => {
     const is_fault = (status) => !status.ok() && status.code() !== kConstants.UNKNOWN_VERSION;
     const kind_of = (bytes) => (bytes[7] <= 1 ? bytes[7] : kConstants.INVALID_GEOMETRY_TYPE);
 
-    const module = Object.assign(config, kConstants, {
-      WrapperObject, VoidPtr, Status, DecoderBuffer, GeometryAttribute, PointAttribute, AttributeTransformData,
+    const module = Object.assign(config, kConstants, members, {
+      Status, DecoderBuffer, GeometryAttribute, PointAttribute, AttributeTransformData,
       AttributeQuantizationTransform, AttributeOctahedronTransform, PointCloud, Mesh, Metadata, MetadataQuerier, Decoder,
       ...Object.fromEntries(Object.entries({ DracoFloat32Array: Float32Array, DracoInt8Array: Int8Array, DracoUInt8Array: Uint8Array,
         DracoInt16Array: Int16Array, DracoUInt16Array: Uint16Array, DracoInt32Array: Int32Array, DracoUInt32Array: Uint32Array })
         .map(([name, Type]) => [name, array_class(Type, name)])),
-      NULL: kNull,
-      _malloc(bytes) {
-        if (blocks.size === 0) heap = usable_core();
-        const at = heap.allocate(bytes);
-        blocks.add(at);
-        ++heap.live;
-        return at;
-      },
-      _free(at) {
-        if (!blocks.delete(at)) return;
-        heap.exports.release(at);
-        leave(heap);
-        if (blocks.size === 0) heap = core;
-      },
-      destroy(object) { object.__destroy__(); },
-      getPointer: (object) => object.ptr,
-      compare: (a, b) => a.ptr === b.ptr,
-      getClass: (object) => object.constructor,
-      wrapPointer: (pointer) => objects.get(pointer) ?? kNull,
-      castObject: (object) => object,
-      isVersionSupported: (version) => /^1\.[0-5](\.|$)/.test(version),
     });
-    // Memory moves when it grows: each access is to where it is now.
-    for (const [name, Type] of Object.entries({ HEAP8: Int8Array, HEAPU8: Uint8Array, HEAP16: Int16Array, HEAPU16: Uint16Array,
-      HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
-      Object.defineProperty(module, name, { get: () => new Type(heap.buffer), configurable: true });
+    memory.add_members(module);
     return module;
   }
 
@@ -618,34 +506,7 @@ var DracoDecoderModule = (() => {
     return theirs;
   }
 
-  async function wasm_bytes(config) {
-    if (config.wasmBinary !== undefined) return config.wasmBinary;
-    const file = 'draco_decoder.wasm';
-    if (kIsNode) {
-      // eslint-disable-next-line no-undef
-      return require('node:fs').readFileSync(config.locateFile?.(file) ?? require('node:path').join(__dirname, file));
-    }
-    const folder = kScript ?? globalThis.location?.href ?? '';
-    const response = await fetch(config.locateFile?.(file) ?? new URL(file, folder));
-    if (!response.ok) throw new Error(`psplit: ${file}: HTTP status ${response.status}`);
-    return response.arrayBuffer();
-  }
-
-  // As emscripten calls it: instantiateWasm(imports, done), where done takes an instance and perhaps its module.
-  const given_instance = (config) => new Promise((resolve) =>
-    config.instantiateWasm({}, (instance, compiled) => resolve({ instance, compiled })));
-  async function own_instance(config) {
-    const compiled = await WebAssembly.compile(await wasm_bytes(config));
-    return { instance: new WebAssembly.Instance(compiled, {}), compiled };
-  }
-
-  return async (config = {}) => {
-    const module = make_module(await (config.instantiateWasm ? given_instance : own_instance)(config), config);
-    // The module is no promise: a `then` of its own would make `await` wait for ever.
-    config.onRuntimeInitialized?.();
-    config.onModuleLoaded?.(module);
-    return module;
-  };
+  return starter_of('draco_decoder.wasm', make_module);
 })();
 
 if (typeof module === 'object' && typeof exports === 'object') {
