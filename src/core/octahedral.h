@@ -92,7 +92,7 @@ class OctahedralGrid {
 #if defined(PSPLIT_HAS_VECTORS)
   // The same for four places at once.
   static constexpr uint32_t kAtOnce = 4;
-  void unit_vectors(const Vec2 (&at)[kAtOnce], float (&out)[kAtOnce][3]) const {
+  PSPLIT_ONCE_IF_SMALL void unit_vectors(const Vec2 (&at)[kAtOnce], float (&out)[kAtOnce][3]) const {
     using Floats = float __attribute__((vector_size(16)));
     using Ints = int32_t __attribute__((vector_size(16)));
     const auto choose = [](Ints mask, Floats a, Floats b) {

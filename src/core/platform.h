@@ -62,11 +62,11 @@
 #define PSPLIT_IS_SMALL_CODE false
 #endif
 
-// For what a step seldom does.
+// For what has enough work that a call costs little: small code has it once.
 #if defined(PSPLIT_SMALL_CODE)
-#define PSPLIT_INLINE_UNLESS_SMALL
+#define PSPLIT_ONCE_IF_SMALL [[gnu::noinline]]
 #else
-#define PSPLIT_INLINE_UNLESS_SMALL PSPLIT_INLINE
+#define PSPLIT_ONCE_IF_SMALL
 #endif
 
 // Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Other builds rely on the explicit

@@ -192,7 +192,7 @@ class DepthFirstTraversal {
     }
     begin_component();
   }
-  PSPLIT_HD PSPLIT_INLINE_UNLESS_SMALL void begin_component() {
+  PSPLIT_HD PSPLIT_INLINE void begin_component() {
     if (steps_left() == 0) return;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;

@@ -71,7 +71,7 @@ class ValueWriter {
         }
       case Coding::kNormal:
 #if defined(PSPLIT_HAS_VECTORS)
-        if constexpr (L::size() == 1 && !PSPLIT_IS_SMALL_CODE) return write_normals(count, value_of, place_of);
+        if constexpr (L::size() == 1) return write_normals(count, value_of, place_of);
 #endif
         return each([&](uint32_t value, uint8_t* out) { write_normal<kAligned>(value, out); });
     }

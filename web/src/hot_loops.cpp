@@ -1,6 +1,7 @@
 // The loops that most of the time goes into. This file is compiled for speed, and the rest of the core for
 // size: the linker takes a function that is in several files from this one.
 #include "src/core/decode_patch.h"
+#include "src/core/stitch.h"
 #include "web/src/decoded_stream.h"
 
 namespace psplit::core {
@@ -9,6 +10,7 @@ using Index = uint32_t;
 
 // Connectivity and seams
 template void fill(SerialLanes, View<Index>, Index);
+template void fill(SerialLanes, View<uint8_t>, uint8_t);
 template Fault add_all_faces(StandardSymbols, WaitingEdges<Index>, RansBits&, Connectivity<Index>&);
 template Fault add_all_faces(ValenceSymbols<Index>, WaitingEdges<Index>, RansBits&, Connectivity<Index>&);
 template Fault add_all_faces(DecodedSymbols<Index, false>, WaitingEdges<Index>, CondensedStartFaces&,
@@ -39,6 +41,7 @@ template void step_all<kInStep, DepthFirstTraversal<Index>>(DepthFirstTraversal<
 template void DepthFirstTraversal<Index>::begin(SerialLanes);
 template Fault traverse_by_prediction_degree(const AttributeTable<Index>&, Arena&, const Sequence<Index>&);
 template class CreationOrder<Index>;
+template Fault CreationOrder<Index>::see_last(SerialLanes, View<const Index>, uint32_t, View<uint8_t>);
 template void step_symbols<kInStep>(SymbolSequence* const*, uint32_t);
 template void step_tokens<kInStep>(TokenSequence* const*, uint32_t);
 template Fault read_tagged(SerialLanes, ByteReader&, View<const uint32_t>, uint32_t, View<uint32_t>);
@@ -57,5 +60,9 @@ template Fault predict_from_positions(const PredictedValues<Index, 2>&, const Po
                                       PredictionData&, Arena&);
 template void Patch<Index>::write_values(SerialLanes, const Attribute<Index>&, DataType,
                                          web::ValuePlaces) const;
+
+// Stitching
+template Fault number_mesh_points(SerialLanes, const StitchRow&, View<const Index>, View<uint32_t>,
+                                  View<uint32_t>);
 
 }  // namespace psplit::core
