@@ -27,6 +27,11 @@ class BandCut {
   int64_t run();
   uint32_t size() const { return static_cast<uint32_t>(nodes_.size()); }
   Side side(uint32_t node) const { return nodes_[node].side; }
+  // visit(other) for the other end of each link of a node
+  template <typename Visit>
+  void for_each_link(uint32_t node, Visit visit) const {
+    for (uint32_t k = nodes_[node].first; k < nodes_[node].end; ++k) visit(arcs_[k].to);
+  }
 
  private:
   static constexpr uint32_t kNone = 0xffffffffu, kTerminal = 0xfffffffeu;

@@ -61,6 +61,7 @@ struct CellGraph {
   struct Link {
     uint32_t cell = 0;
     uint32_t edges = 0;
+    auto operator<=>(const Link&) const = default;
   };
   std::vector<uint32_t> first;  // links of cell c are [first[c], first[c + 1])
   std::vector<Link> links;

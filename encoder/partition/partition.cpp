@@ -19,15 +19,25 @@ namespace {
 constexpr uint32_t kFirstMembers = 8, kMembers = 2;
 // Coarsening ends at about this many cells per patch.
 constexpr uint32_t kCellsPerPatch = 20;
-// Borders are cut anew at three kinds of levels: `coarse`, if a patch has up to kCoarseCells cells; `middle`,
-// at the first cells; `fine`, at faces. Bands are wide at levels with few cells, and narrow at levels with
-// many. Patches of less than kSmallPatch faces have less spare room, so their borders take more rounds.
-constexpr uint32_t kCoarseCells = 80;
+// Borders are cut anew at three kinds of levels: `coarse`, if a patch has up to kCoarseCells cells or a cell
+// has kCoarseFaces faces; `middle`, at the first cells; `fine`, at faces. Bands are wide at levels with few
+// cells, and narrow at levels with many.
+constexpr uint32_t kCoarseCells = 80, kCoarseFaces = 30;
 struct Recuts {
   RecutOptions coarse, middle, fine;
 };
-constexpr double kSmallPatch = 800;
-constexpr Recuts kRecuts{{3, 4}, {1, 2}, {2, 2}}, kSmallRecuts{{3, 4}, {2, 2}, {3, 2}};
+
+// For patches of about `share` faces. Small patches have less spare room, so their borders take more rounds. In
+// large ones a band with the same share of the faces is wider, and more of the border is drawn in coarse cells,
+// which the paper's method does not have.
+Recuts recuts_for(double share, PartitionMethod method) {
+  constexpr double kSmallPatch = 800, kLargePatch = 2400, kWidePatch = 4800;
+  if (share < kSmallPatch) return {{3, 4}, {2, 2}, {3, 2}};
+  if (share < kLargePatch || method == PartitionMethod::kPaper) return {{3, 4}, {1, 2}, {2, 2}};
+  const double width = std::min(1.0, std::sqrt(kWidePatch / share));
+  return {{3, 3}, {1, 2 * width}, {1, 2 * width}};
+}
+
 // No cell has more than this share of a patch's faces.
 constexpr double kLargestCell = 0.15;
 // The faces of the largest patch divided by the mean. A tighter limit leaves less room for shorter borders.
@@ -235,10 +245,11 @@ Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t ve
   const Levels& levels = start.levels;
   const std::vector<uint32_t>& limits = start.face_limits;
   std::vector<uint32_t>& patch_of = start.patch_of;
-  const Recuts& recuts = share < kSmallPatch ? kSmallRecuts : kRecuts;
+  const Recuts recuts = recuts_for(share, options.method);
+  const uint64_t most_coarse = std::max(uint64_t{kCoarseCells} * wanted, uint64_t{faces.size() / kCoarseFaces});
   for (size_t level = levels.coarse_of.size();; --level) {
     const CellGraph& cells = levels.graphs[level];
-    if (options.refine && (level == 0 || cells.cell_count() < uint64_t{kCoarseCells} * wanted))
+    if (options.refine && (level == 0 || cells.cell_count() < most_coarse))
       recut_borders(cells, limits, level == 0 && levels.coarse_of.size() > 0 ? recuts.middle : recuts.coarse,
                     patch_of, pool);
     if (level == 0) break;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -35,10 +37,7 @@ template <typename Graph>
 class Recutter {
  public:
   explicit Recutter(Division<Graph>& division)
-      : d_(division),
-        reached_(division.graph.cell_count(), 0),
-        ring_mark_(reached_),
-        place_(division.graph.cell_count(), kOutside) {}
+      : d_(division), place_(division.graph.cell_count(), kOutside), reached_(place_.size(), 0) {}
 
   // Returns whether anything has changed. Each round starts the band at another place of the border, because
   // the band may be too small for the whole border.
@@ -46,7 +45,7 @@ class Recutter {
     first_ = round * pair.cells.size() / 3;
     for (int i = 0; i < kTries; ++i, band *= kNarrower) {
       const Outcome outcome = recut_band(pair, band);
-      for (const uint32_t cell : cells_) place_[cell] = kOutside;
+      forget_places();
       if (outcome != Outcome::kUnbalanced) return outcome == Outcome::kChanged;
     }
     return false;
@@ -59,7 +58,7 @@ class Recutter {
     cells_.clear();
     first_ = 0;
     take_nearest(pair, from, to, kTriedFaces + 2 * faces, [](int64_t, int64_t) {});
-    for (const uint32_t cell : cells_) place_[cell] = kOutside;
+    forget_places();
     int64_t gone = 0;
     for (size_t i = 0; i < cells_.size() && gone < faces; ++i) {
       uint32_t left = kOutside;
@@ -137,11 +136,16 @@ class Recutter {
       });
   }
 
-  // What surrounds the band.
-  struct Ring {
-    uint32_t count_a = 0, count_b = 0;                    // the cells of each patch around the band
-    uint32_t cell_of_a = kOutside, cell_of_b = kOutside;  // one of them, if any
-    int64_t edges_now = 0;                                // of the border between the patches
+  void forget_places() {
+    for (const uint32_t cell : cells_) place_[cell] = kOutside;
+    for (const RingCell& around : ring_) place_[around.cell] = kOutside;
+    ring_.clear();
+  }
+
+  // A cell of the pair that is next to the band.
+  struct RingCell {
+    uint32_t cell;
+    bool is_in_a;
   };
 
   Outcome recut_band(const BorderPair& pair, double band) {
@@ -150,7 +154,7 @@ class Recutter {
     count_a_ = cells_.size();
     const size_t leaving_b = widen(pair, pair.b, pair.a, band);
     if (count_a_ == 0 || count_a_ == cells_.size()) return Outcome::kUnchanged;
-    const Ring ring = build_cut(pair, leaving_a, leaving_b);
+    const int64_t edges_now = build_cut(pair, leaving_a, leaving_b);
     const int64_t edges_least = cut_.run();
 
     const auto [least_a, most_a] = possible_sizes(d_.sizes[pair.a]);
@@ -167,44 +171,45 @@ class Recutter {
     if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
       return Outcome::kUnbalanced;
     // Here the cut reduces the excess, or there is no excess.
-    if (excess(now) == 0 &&
-        (edges_least > ring.edges_now || (edges_least == ring.edges_now && lean(then) >= lean(now))))
+    if (excess(now) == 0 && (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
       return Outcome::kUnchanged;
-    if (!apply_cut(pair, ring, then, then != least_a)) return Outcome::kUnbalanced;
+    if (!apply_cut(pair, then, then != least_a)) return Outcome::kUnbalanced;
     d_.sizes[pair.a] = then;
     d_.sizes[pair.b] = both - then;
     return Outcome::kChanged;
   }
 
   // Makes the band the nodes of the cut. The first `leaving_a` cells of patch a must move to patch b, and the
-  // first `leaving_b` of patch b to patch a.
-  Ring build_cut(const BorderPair& pair, size_t leaving_a, size_t leaving_b) {
-    Ring ring;
+  // first `leaving_b` of patch b to patch a. Finds the ring. Returns the edges of the border as it is.
+  int64_t build_cut(const BorderPair& pair, size_t leaving_a, size_t leaving_b) {
+    int64_t edges_now = 0;
     cut_.clear();
-    ++ring_;
+    spokes_.clear();
     for (size_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a = i < count_a_;
       int32_t to_a = 0, to_b = 0;
       d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t edges) {
-        const uint32_t place = place_[next];
-        if (place != kOutside) {
+        uint32_t& place = place_[next];
+        if (place < cells_.size()) {
           cut_.add_link(place, static_cast<int32_t>(edges));
-          if (is_in_a && place >= count_a_) ring.edges_now += edges;
+          if (is_in_a && place >= count_a_) edges_now += edges;
           return;
         }
-        const uint32_t patch = load_shared(d_.patch_of[next]);
-        if (patch != pair.a && patch != pair.b) return;
-        (patch == pair.a ? to_a : to_b) += static_cast<int32_t>(edges);
-        if (std::exchange(ring_mark_[next], ring_) == ring_) return;
-        ++(patch == pair.a ? ring.count_a : ring.count_b);
-        (patch == pair.a ? ring.cell_of_a : ring.cell_of_b) = next;
+        if (place == kOutside) {
+          const uint32_t patch = load_shared(d_.patch_of[next]);
+          if (patch != pair.a && patch != pair.b) return;
+          place = static_cast<uint32_t>(cells_.size() + ring_.size());
+          ring_.push_back({next, patch == pair.a});
+        }
+        (ring_[place - cells_.size()].is_in_a ? to_a : to_b) += static_cast<int32_t>(edges);
+        spokes_.push_back({static_cast<uint32_t>(i), place});
       });
-      ring.edges_now += is_in_a ? to_b : to_a;
+      edges_now += is_in_a ? to_b : to_a;
       if (i < leaving_a) to_b += kForced;
       if (i >= count_a_ && i - count_a_ < leaving_b) to_a += kForced;
       cut_.end_node(to_a, to_b);
     }
-    return ring;
+    return edges_now;
   }
 
   // The two sizes that the cut can give patch a: with the cells that are on its side in every minimum cut, or
@@ -224,60 +229,94 @@ class Recutter {
 
   // Divides the band as the cut says, its free cells to patch a if `takes_free` holds. Undoes that and returns
   // false if a patch is then not connected. `size_a` is the new size of patch a.
-  bool apply_cut(const BorderPair& pair, const Ring& ring, int64_t size_a, bool takes_free) {
-    uint32_t of_a = ring.cell_of_a, of_b = ring.cell_of_b;  // one cell of each patch, in the band or around it
-    uint32_t count_then = 0;
-    for (uint32_t i = 0; i < cells_.size(); ++i) {
-      const bool is_in_a =
-          cut_.side(i) == BandCut::Side::kSource || (takes_free && cut_.side(i) == BandCut::Side::kFree);
-      store_shared(d_.patch_of[cells_[i]], is_in_a ? pair.a : pair.b);
-      (is_in_a ? of_a : of_b) = cells_[i];
-      count_then += is_in_a ? 1 : 0;
-    }
-    const int64_t size_b = d_.sizes[pair.a] + d_.sizes[pair.b] - size_a;
-    if (is_connected(of_a, pair.a, count_then + ring.count_a, size_a) &&
-        is_connected(of_b, pair.b, static_cast<uint32_t>(cells_.size()) - count_then + ring.count_b, size_b))
-      return true;
+  bool apply_cut(const BorderPair& pair, int64_t size_a, bool takes_free) {
+    is_in_a_.clear();
+    for (uint32_t i = 0; i < cells_.size(); ++i)
+      is_in_a_.push_back(cut_.side(i) == BandCut::Side::kSource ||
+                         (takes_free && cut_.side(i) == BandCut::Side::kFree));
+    for (const RingCell& around : ring_) is_in_a_.push_back(around.is_in_a);
+    for (uint32_t i = 0; i < cells_.size(); ++i)
+      store_shared(d_.patch_of[cells_[i]], is_in_a_[i] != 0 ? pair.a : pair.b);
+    if (are_connected(pair, size_a)) return true;
     for (uint32_t i = 0; i < cells_.size(); ++i)
       store_shared(d_.patch_of[cells_[i]], i < count_a_ ? pair.a : pair.b);
     return false;
   }
 
-  // Whether a patch that was connected still is. It is, if its `nearby` cells in the band and around it are
-  // connected. Otherwise the whole patch is searched.
-  bool is_connected(uint32_t start, uint32_t patch, uint32_t nearby, int64_t faces) {
-    if (start == kOutside) return false;
-    walk(start, patch, [&](uint32_t next) { return place_[next] != kOutside || ring_mark_[next] == ring_; });
-    return queue_.size() == nearby || is_whole(start, patch, faces);
+  // Whether two patches that were connected still are. They are, if the cells of each in the band and the ring
+  // are connected. Otherwise the whole patch is searched.
+  bool are_connected(const BorderPair& pair, int64_t size_a) {
+    const auto cell_at = [&](size_t place) {
+      return place < cells_.size() ? cells_[place] : ring_[place - cells_.size()].cell;
+    };
+    join_nearby();
+    const auto is_connected = [&](uint8_t in_a, uint32_t patch, int64_t faces) {
+      const auto first = std::find(is_in_a_.begin(), is_in_a_.end(), in_a);
+      return first != is_in_a_.end() &&
+             (component_count_[in_a] == 1 ||
+              is_whole(cell_at(static_cast<size_t>(first - is_in_a_.begin())), patch, faces));
+    };
+    return is_connected(1, pair.a, size_a) &&
+           is_connected(0, pair.b, d_.sizes[pair.a] + d_.sizes[pair.b] - size_a);
+  }
+
+  // Counts the components of each patch among the places of the band and the ring.
+  void join_nearby() {
+    component_count_ = {0, 0};
+    for (const uint8_t in_a : is_in_a_) ++component_count_[in_a];
+    up_.resize(is_in_a_.size());
+    std::iota(up_.begin(), up_.end(), 0u);
+    const auto root = [&](uint32_t at) {
+      while (up_[at] != at) at = up_[at] = up_[up_[at]];
+      return at;
+    };
+    const auto join = [&](uint32_t x, uint32_t y) {
+      if (is_in_a_[x] != is_in_a_[y]) return;
+      const uint32_t root_x = root(x), root_y = root(y);
+      if (root_x == root_y) return;
+      up_[std::max(root_x, root_y)] = std::min(root_x, root_y);
+      --component_count_[is_in_a_[x]];
+    };
+    for (uint32_t i = 0; i < cells_.size(); ++i)
+      cut_.for_each_link(i, [&](uint32_t other) {
+        if (other < i) join(other, i);
+      });
+    for (const auto& [band, around] : spokes_) join(band, around);
+    for (uint32_t k = 0; k < ring_.size(); ++k)
+      d_.graph.for_each_link(ring_[k].cell, [&](uint32_t next, uint32_t) {
+        const uint32_t place = place_[next];
+        if (place != kOutside && place >= cells_.size()) join(place, static_cast<uint32_t>(cells_.size()) + k);
+      });
   }
 
   // Whether `faces` faces of a patch, its own size, are connected to one of its cells.
   bool is_whole(uint32_t start, uint32_t patch, int64_t faces) {
-    walk(start, patch, [](uint32_t) { return true; });
-    for (const uint32_t cell : queue_) faces -= d_.graph.face_count(cell);
+    queue_.assign(1, start);
+    reached_[start] = ++walk_;
+    for (size_t i = 0; i < queue_.size(); ++i) {
+      faces -= d_.graph.face_count(queue_[i]);
+      d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
+        if (load_shared(d_.patch_of[next]) == patch && std::exchange(reached_[next], walk_) != walk_)
+          queue_.push_back(next);
+      });
+    }
     return faces == 0;
   }
 
-  // Collects in queue_ the cells of a patch that are reached from `start` over allowed cells.
-  template <typename IsAllowed>
-  void walk(uint32_t start, uint32_t patch, IsAllowed is_allowed) {
-    queue_.assign(1, start);
-    reached_[start] = ++walk_;
-    for (size_t i = 0; i < queue_.size(); ++i)
-      d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
-        if (load_shared(d_.patch_of[next]) != patch || !is_allowed(next)) return;
-        if (std::exchange(reached_[next], walk_) != walk_) queue_.push_back(next);
-      });
-  }
-
   Division<Graph>& d_;
-  std::vector<uint32_t> queue_, reached_, ring_mark_;
-  uint32_t walk_ = 0, ring_ = 0;
-  std::vector<uint32_t> place_;  // the place of each cell in the band, or kOutside
+  // Of each cell: its place in the band, or behind the band's places that in the ring, or kOutside.
+  std::vector<uint32_t> place_;
   std::vector<uint32_t> cells_;  // the band: the cells of patch a, then those of patch b
   size_t count_a_ = 0;           // of these, the cells of patch a
   size_t first_ = 0;             // where along the border the band starts
+  std::vector<RingCell> ring_;
+  std::vector<std::pair<uint32_t, uint32_t>> spokes_;  // links between places of the band and of the ring
   BandCut cut_;
+  std::vector<uint8_t> is_in_a_;  // of each place, after the cut
+  std::vector<uint32_t> up_;      // of each place one of the same component; itself if it is the lowest
+  std::array<uint32_t, 2> component_count_{};  // of patches b and a, among the places
+  std::vector<uint32_t> queue_, reached_;      // of is_whole
+  uint32_t walk_ = 0;
 };
 
 }  // namespace psplit
