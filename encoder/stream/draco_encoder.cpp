@@ -102,8 +102,8 @@ WeldedMesh share_values(const DracoMesh& draco, bool has_one_table) {
   WeldedMesh welded{&mesh, std::vector<std::vector<uint32_t>>(mesh.attributes.size())};
   bool may_have_seams = !has_one_table;
   if (may_have_seams) {
-    const auto position = static_cast<size_t>(
-        std::ranges::find_if(draco.labels, is_position) - draco.labels.begin());
+    const auto position =
+        static_cast<size_t>(std::ranges::find_if(draco.labels, is_position) - draco.labels.begin());
     welded.value_of_point[position] = values_of(position);
     may_have_seams = welded.value_of_point[position] != own_values(mesh.point_count);
   }
@@ -129,7 +129,8 @@ Status deduplicate(DracoMesh& draco) {
     // The values move down, each to where one before was read.
     for (Attribute& attribute : mesh.attributes) {
       std::byte* const values = attribute.values.data();
-      std::memmove(values + count * attribute.stride(), values + point * attribute.stride(), attribute.stride());
+      std::memmove(values + count * attribute.stride(), values + point * attribute.stride(),
+                   attribute.stride());
     }
     number[point] = count++;
   }

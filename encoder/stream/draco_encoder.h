@@ -25,23 +25,23 @@ struct DracoMesh {
 };
 
 // What libdraco's DeduplicateAttributeValues and DeduplicatePointIds do: points share equal values, and points
-// that are equal in all attributes become the first of them. Errors: kInvalidInput for indices out of range, then
-// nothing changed.
+// that are equal in all attributes become the first of them. Errors: kInvalidInput for indices out of range,
+// then nothing changed.
 Status deduplicate(DracoMesh& mesh);
 
 // The attributes' codings are what the caller asked for: bits, also of integers, and perhaps a grid. A float
 // attribute without an origin gets the grid that libdraco finds for its values.
 //
-// Integer normals are predicted by differences at all speeds. Below 4, libdraco predicts them as if they were on
-// an octahedral grid, or fails.
+// Integer normals are predicted by differences at all speeds. Below 4, libdraco predicts them as if they were
+// on an octahedral grid, or fails.
 //
 // Values below a caller's grid have numbers below 0 on it; libdraco predicts from wrong positions then, and its
 // decoder does not read the stream.
 //
 // Errors: kInvalidInput where libdraco's encoder fails: indices out of range, no face that Edgebreaker can
 // encode, values that are not finite or do not fit.
-// kUnsupported for more than one POSITION, for none with Edgebreaker, and for values that are 2^31 steps and more
-// away from a caller's grid. Thread-safe.
+// kUnsupported for more than one POSITION, for none with Edgebreaker, and for values that are 2^31 steps and
+// more away from a caller's grid. Thread-safe.
 Expected<LabelledStream> encode_as_draco(const DracoMesh& mesh, std::vector<AttributeCoding> codings,
                                          bool is_sequential, int speed);
 

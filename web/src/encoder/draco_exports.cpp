@@ -35,7 +35,8 @@ PSPLIT_WEB_EXPORT(set_face_count) void* set_face_count(DracoMesh* mesh, uint32_t
   mesh->mesh.faces.resize(count);
   return mesh->mesh.faces.data();
 }
-// Adds an attribute with a value for each point. Returns where the values go. `semantic` and `type` are Draco's.
+// Adds an attribute with a value for each point. Returns where the values go. `semantic` and `type` are
+// Draco's.
 PSPLIT_WEB_EXPORT(add_attribute)
 void* add_attribute(DracoMesh* mesh, uint32_t semantic, uint32_t type, uint32_t components) {
   const DracoLabel label{static_cast<DracoSemantic>(semantic), static_cast<core::DataType>(type)};
@@ -57,8 +58,8 @@ PSPLIT_WEB_EXPORT(deduplicate) bool deduplicate_points(DracoMesh* mesh) { return
 PSPLIT_WEB_EXPORT(point_count) uint32_t point_count(const DracoMesh* mesh) { return mesh->mesh.point_count; }
 
 // `numbers` are read one after the other, for each attribute: bits, and whether a grid follows: its range, and
-// the origin of each component. Returns words that are valid until free_stream: address and length of the bytes,
-// points, and faces. Null after an error.
+// the origin of each component. Returns words that are valid until free_stream: address and length of the
+// bytes, points, and faces. Null after an error.
 PSPLIT_WEB_EXPORT(encode_mesh)
 const uint32_t* encode_mesh(const DracoMesh* mesh, bool is_sequential, int32_t speed, const float* numbers) {
   static uint32_t words[4];
