@@ -2,6 +2,17 @@
 
 namespace psplit {
 
+Status::Status() = default;
+Status::Status(StatusCode code, std::string message, Place place)
+    : code_(code), message_(std::move(message)), place_(std::move(place)) {}
+Status::Status(StatusCode code, std::string message) : code_(code), message_(std::move(message)) {}
+Status::Status(StatusCode code, const char* message) : code_(code), message_(message) {}
+Status::Status(Status&&) noexcept = default;
+Status::Status(const Status&) = default;
+Status& Status::operator=(Status&&) noexcept = default;
+Status& Status::operator=(const Status&) = default;
+Status::~Status() = default;
+
 Status Status::at(const Place& outer) && {
   if (place_.file.empty()) place_.file = outer.file;
   if (place_.mesh < 0) place_.mesh = outer.mesh;

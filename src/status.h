@@ -32,9 +32,16 @@ struct Place {
 
 class [[nodiscard]] PSPLIT_EXPORT Status {
  public:
-  Status() = default;
-  Status(StatusCode code, std::string message, Place place = {})
-      : code_(code), message_(std::move(message)), place_(std::move(place)) {}
+  // All in status.cpp: an error is rare, but the code of each function that may return one has many of these.
+  Status();
+  Status(StatusCode code, std::string message, Place place);
+  Status(StatusCode code, std::string message);
+  Status(StatusCode code, const char* message);
+  Status(Status&&) noexcept;
+  Status(const Status&);
+  Status& operator=(Status&&) noexcept;
+  Status& operator=(const Status&);
+  ~Status();
 
   bool ok() const { return code_ == StatusCode::kOk; }
   StatusCode code() const { return code_; }
@@ -53,22 +60,21 @@ class [[nodiscard]] PSPLIT_EXPORT Status {
   Place place_;
 };
 
-inline Status invalid_input(std::string message, Place place = {}) {
-  return {StatusCode::kInvalidInput, std::move(message), std::move(place)};
-}
-inline Status wrong_usage(std::string message, Place place = {}) {
-  return {StatusCode::kUsage, std::move(message), std::move(place)};
-}
-inline Status unsupported(std::string message, Place place = {}) {
-  return {StatusCode::kUnsupported, std::move(message), std::move(place)};
-}
-inline Status runtime_failure(std::string message, Place place = {}) {
-  return {StatusCode::kRuntimeFailure, std::move(message), std::move(place)};
-}
+// The messages of statuses with a place are strings, all others may be literals as well.
+template <StatusCode kCode>
+struct StatusOf {
+  Status operator()(std::string message, Place place) const {
+    return {kCode, std::move(message), std::move(place)};
+  }
+  Status operator()(std::string message) const { return {kCode, std::move(message)}; }
+  Status operator()(const char* message) const { return {kCode, message}; }
+};
+inline constexpr StatusOf<StatusCode::kInvalidInput> invalid_input;
+inline constexpr StatusOf<StatusCode::kUsage> wrong_usage;
+inline constexpr StatusOf<StatusCode::kUnsupported> unsupported;
+inline constexpr StatusOf<StatusCode::kRuntimeFailure> runtime_failure;
+inline constexpr StatusOf<StatusCode::kIo> io_failure;
 inline Status cancelled() { return {StatusCode::kCancelled, "cancelled"}; }
-inline Status io_failure(std::string message, Place place = {}) {
-  return {StatusCode::kIo, std::move(message), std::move(place)};
-}
 
 // A value, or the status that says why it could not be made.
 template <typename T>
