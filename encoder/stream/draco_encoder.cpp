@@ -96,7 +96,7 @@ WeldedMesh share_values(const DracoMesh& draco, bool has_one_table) {
   const auto values_of = [&](size_t i) {
     const Attribute& attribute = mesh.attributes[i];
     return draco.share_values[i] != 0
-               ? lowest_equal_rows(mesh.point_count, attribute.values, attribute.stride())
+               ? lowest_equal_rows(mesh.point_count, attribute.values, attribute.stride(), {}, ThreadPool(1))
                : own_values(mesh.point_count);
   };
   WeldedMesh welded{&mesh, std::vector<std::vector<uint32_t>>(mesh.attributes.size())};
@@ -119,7 +119,7 @@ Status deduplicate(DracoMesh& draco) {
   Mesh& mesh = draco.mesh;
   if (Status status = check_faces(mesh); !status.ok()) return status;
   std::ranges::fill(draco.share_values, uint8_t{1});
-  std::vector<uint32_t> number = find_duplicates(mesh, {}, 0);
+  std::vector<uint32_t> number = find_duplicates(mesh, {}, 0, ThreadPool(1));
   uint32_t count = 0;
   for (uint32_t point = 0; point < mesh.point_count; ++point) {
     if (number[point] != point) {
