@@ -44,7 +44,7 @@ class PSPLIT_EXPORT AssetTree {
   ~AssetTree();
 
   // Objects keep the order of their members. A mesh with coarse primitives has them in its extension, and those
-  // that the file has there in `primitives` (gltf_ext/json/mesh_primitives.h): the opposite of a file.
+  // that the file has there in `primitives`: the opposite of a file.
   const Json& json() const;
   // The same, to be edited. The call forgets the records. So an edit through an older reference, after a call
   // of records(), would not be seen.

@@ -54,8 +54,7 @@ test('it exports what its types declare', () => {
   assert.deepEqual(Object.keys(psplit).sort(), [...declared].map(([, name]) => name).sort());
 });
 
-// Limits a little above the sizes, so that growth is seen. The targets are 30 KB for the module that a page loads, and 4 KB for the
-// code of plugin and pool.
+// Limits a little above the sizes, so that growth is seen. docs/web.md has the targets.
 const brotli = (contents) => brotliCompressSync(contents).length;
 for (const [name, most] of [['psplit.wasm', 68650], ['draco/draco_decoder.wasm', 34500], ['draco/draco_wasm_wrapper.js', 8850], ['draco/draco_encoder.wasm', 56000], ['draco/draco_encoder.js', 5700], ['inline.js', 97700]])
   test(`the size of ${name}`, () => {
