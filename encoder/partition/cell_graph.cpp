@@ -25,6 +25,7 @@ uint32_t add_one(uint32_t& counter, bool is_alone) {
 template <typename Item>
 void sort_few(Item* first, Item* last) {
   constexpr ptrdiff_t kFew = 16;
+  if (first == last) return;  // there may be no array
   if (last - first > kFew) return std::sort(first, last);
   for (Item* end = first + 1; end < last; ++end) {
     const Item item = *end;
