@@ -58,7 +58,7 @@ class BatchPlan {
   // planned on the threads of `pool`, unless it is null.
   std::vector<Status> make(std::span<const CudaPrimitive> primitives, Gather which,
                            const ThreadPool* pool = nullptr) {
-    clear();
+    *this = {};
     std::vector<Status> statuses;
     size_t stream_count = 0;
     for (size_t i = 0; i < primitives.size(); ++i) {
@@ -191,20 +191,6 @@ class BatchPlan {
   static uint64_t in_block(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
 
  private:
-  // Keeps the memory of what has an element for each stream: the system clears each page that it gives anew.
-  void clear() {
-    BatchPlan empty;
-    const auto keep = [](auto& from, auto& to) {
-      from.clear();
-      to = std::move(from);
-    };
-    keep(streams_, empty.streams_);
-    keep(sizes_, empty.sizes_);
-    keep(narrow_.streams, empty.narrow_.streams);
-    keep(wide_.streams, empty.wide_.streams);
-    *this = std::move(empty);
-  }
-
   static uint32_t end_of(const CudaPrimitive& primitive) {
     return std::min(primitive.end, static_cast<uint32_t>(primitive.container->entries.size()));
   }
