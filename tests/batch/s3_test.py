@@ -39,9 +39,10 @@ def install():
 
 
 def run(*words, expect=0, **variables):
+    """What the command prints to stdout. Messages of the commands that it starts would cut its lines there."""
     done = subprocess.run([str(word) for word in words], cwd=folder, text=True, env={**environment, **variables},
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    assert done.returncode == expect, f"{words}: {done.returncode}\n{done.stdout}"
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert done.returncode == expect, f"{words}: {done.returncode}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
 
@@ -92,7 +93,8 @@ def test_commands(port):
     assert [name for name, status in found.items() if status == "failed"] == ["in/0.glb"], found
     run(*shlex.split(curl), "-T", "in/0.glb", f"{url}/in/0.glb")
     # A server that is away.
-    assert counts(batch(*(word.replace(str(port), "9") for word in fetch), *store, "--force", expect=75)) == {"failed": len(lines)}
+    found = batch(*(word.replace(str(port), "9") for word in fetch), *store, "--force", expect=75)
+    assert counts(found) == {"failed": len(lines)}, found
 
 
 def test_aws_batch(port):

@@ -7,6 +7,7 @@
 #include "encoder/coding/choose_codings.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/stock_stream.h"
+#include "tests/support/corpus_folder.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/expect.h"
@@ -96,7 +97,7 @@ TEST(Blender, DecodesWhatLibdracoDecodes) {
 }
 
 TEST(Blender, DecodesOlderStreamsOfTheCorpus) {
-  const std::filesystem::path folder = std::filesystem::path(PSPLIT_CORPUS) / "mesh" / "draco";
+  const std::filesystem::path folder = corpus_folder() / "mesh" / "draco";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "no corpus";
   size_t old = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

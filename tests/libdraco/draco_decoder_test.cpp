@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "src/parallel.h"
+#include "tests/support/corpus_folder.h"
 #include "tests/support/corpus_streams.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
@@ -214,12 +215,12 @@ TEST(DracoDecoder, DecodesOnSeveralThreads) {
 
 TEST(DracoDecoder, FillsTheMeshesOfTheCorpus) {
   size_t count = 0;
-  for_each_corpus_stream(PSPLIT_CORPUS, [&](const std::string& file, const Bytes& stream) {
+  for_each_corpus_stream([&](const std::string& file, const Bytes& stream) {
     SCOPED_TRACE(file);
     expect_equal(stream, true);
     ++count;
   });
-  if (count == 0) GTEST_SKIP() << "no corpus at " << PSPLIT_CORPUS;
+  if (count == 0) GTEST_SKIP() << "no corpus at " << corpus_folder();
 }
 
 }  // namespace

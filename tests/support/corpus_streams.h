@@ -12,12 +12,15 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/corpus_folder.h"
+
 namespace psplit {
 
 // Calls visit(file, stream) with each stream of the corpus, and records their number. A stream ends where the
 // next one begins, so other bytes may follow it. Without a corpus the test is skipped.
 template <typename Visit>
-void for_each_corpus_stream(const std::filesystem::path& corpus, Visit visit) {
+void for_each_corpus_stream(Visit visit) {
+  const std::filesystem::path corpus = corpus_folder();
   if (!std::filesystem::exists(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
   constexpr std::array<uint8_t, 8> kFront = {'D', 'R', 'A', 'C', 'O', 2, 2, 1};
   int count = 0;

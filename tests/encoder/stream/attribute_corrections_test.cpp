@@ -86,7 +86,7 @@ TEST(AttributeCorrections, AreThoseOfLibdracosEncoder) {
 
 TEST(AttributeCorrections, OfTheCorpusAreThoseOfTheirEncoders) {
   Seen seen;
-  for_each_corpus_stream(PSPLIT_CORPUS, [&](const std::string& file, const std::vector<uint8_t>& stream) {
+  for_each_corpus_stream([&](const std::string& file, const std::vector<uint8_t>& stream) {
     expect_same_fields(file, stream, seen);
   });
   EXPECT_TRUE(IsSkipped() || seen.attributes > 0);

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
+#include "tests/support/corpus_folder.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/sanitizers.h"
 
@@ -17,7 +18,7 @@ std::vector<std::string> corpus_seeds() {
   std::vector<fs::path> files;
   std::error_code error;
   for (const char* folder : {"mesh", "malformed"})
-    for (fs::recursive_directory_iterator entry(fs::path(PSPLIT_CORPUS) / folder, error), end;
+    for (fs::recursive_directory_iterator entry(corpus_folder() / folder, error), end;
          !error && entry != end; entry.increment(error))
       if (entry->is_regular_file() && entry->file_size() < 1000) files.push_back(entry->path());
   std::sort(files.begin(), files.end());

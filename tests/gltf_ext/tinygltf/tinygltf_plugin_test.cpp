@@ -7,6 +7,7 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/write_document.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/corpus_folder.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -591,7 +592,7 @@ TEST_F(TinyGltfPlugin, SaysWhatIsWrongWithStockDraco) {
 // of primitives that it compared.
 template <typename Visit>
 void for_each_real_asset(uintmax_t least_bytes, uintmax_t most_bytes, size_t least_count, Visit visit) {
-  const fs::path corpus = fs::path(PSPLIT_CORPUS) / "gltf";
+  const fs::path corpus = corpus_folder() / "gltf";
   if (!fs::is_directory(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
   size_t assets = 0, primitives = 0;
   for (const auto& entry : fs::recursive_directory_iterator(corpus)) {

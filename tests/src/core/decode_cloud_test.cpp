@@ -11,6 +11,7 @@
 #include <set>
 
 #include "tests/src/core/decode_mesh.h"
+#include "tests/support/corpus_folder.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/expect.h"
 #include "tests/support/mutants.h"
@@ -70,7 +71,7 @@ TEST(DecodeCloud, EqualsLibdracoOnEveryKindOfCloud) {
 }
 
 TEST(DecodeCloud, EqualsLibdracoOnTheCorpus) {
-  const std::filesystem::path corpus = PSPLIT_CORPUS;
+  const std::filesystem::path corpus = corpus_folder();
   if (!std::filesystem::exists(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
   size_t count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus)) {

@@ -10,6 +10,7 @@
 
 #include "gltf_ext/json/json.h"
 #include "tests/support/sanitizers.h"
+#include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -36,7 +37,7 @@ class BatchJobs : public CommandTest {
     const pid_t child = fork();
     if (child != 0) return child;
     if (chdir(folder_.path().c_str()) != 0) _exit(98);
-    setenv("P", PSPLIT_COMMAND, 1);
+    setenv("P", command_file(), 1);
     const std::string script = words + " >out.txt 2>err.txt";
     execl("/bin/sh", "sh", "-c", script.c_str(), static_cast<char*>(nullptr));
     _exit(99);

@@ -13,6 +13,7 @@
 
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/sanitizers.h"
+#include "tests/tools/command_file.h"
 #include "tests/tools/commands/sample_assets.h"
 
 extern char** environ;
@@ -60,7 +61,7 @@ class EncodeLargeMemory : public EncodeMemory {
   static void SetUpTestSuite() {
     large_ = std::make_unique<TestFolder>();
     for (const std::string file : {"scan.ply", "scan.glb"})
-      ASSERT_EQ(Child({PSPLIT_COMMAND, "generate", large(file), "--shape", "blob", "--normals", "--faces",
+      ASSERT_EQ(Child({command_file(), "generate", large(file), "--shape", "blob", "--normals", "--faces",
                        "600k", "-q"})
                     .wait(),
                 0);
@@ -82,7 +83,7 @@ TEST_F(EncodeLargeMemory, StaysBelowTheSizeAndEncodesTheSameMesh) {
   const std::string scan = large("scan.ply");
   must_run({"encode", scan, path("whole.glb"), "--always-patches", "-q"});
   uint64_t peak = 0;
-  const Child child({PSPLIT_COMMAND, "encode", scan, path("out.gltf"), "--memory", "128MiB", "-q", "-j", "2",
+  const Child child({command_file(), "encode", scan, path("out.gltf"), "--memory", "128MiB", "-q", "-j", "2",
                      "--report", path("report.json")});
   ASSERT_EQ(child.wait(&peak), 0);
   expect_small(peak);
@@ -167,11 +168,11 @@ TEST_F(EncodeLargeMemory, StayingBelowTheSizeForAPipedGlbTakesLong) {
   must_run({"encode", large("scan.glb"), path("whole.glb"), "--always-patches", "-q"});
   uint64_t peak = 0;
   const Child child({"sh", "-c", "cat \"$1\" | exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2",
-                     PSPLIT_COMMAND, large("scan.glb"), path("out.glb")});
+                     command_file(), large("scan.glb"), path("out.glb")});
   ASSERT_EQ(child.wait(), 0);
   must_run({"compare", path("whole.glb"), path("out.glb")});
   const Child direct({"sh", "-c", "exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2 < \"$1\"",
-                      PSPLIT_COMMAND, large("scan.glb"), path("out.glb")});
+                      command_file(), large("scan.glb"), path("out.glb")});
   ASSERT_EQ(direct.wait(&peak), 0);
   expect_small(peak);
 }
@@ -199,10 +200,10 @@ TEST_F(EncodeMemory, OtherCommandsPutPipesIntoTemporaryFilesToo) {
 TEST_F(EncodeLargeMemory, DecodeKeepsOnePrimitiveOfStockDracoInMemory) {
   must_run({"encode", large("scan.ply"), path("khr.glb"), "--compat", "khr", "--patches", "8", "-q"});
   uint64_t whole = 0, bounded = 0;
-  const Child in_memory({PSPLIT_COMMAND, "decode", path("khr.glb"), path("a.glb"), "-q", "-j", "1"});
+  const Child in_memory({command_file(), "decode", path("khr.glb"), path("a.glb"), "-q", "-j", "1"});
   ASSERT_EQ(in_memory.wait(&whole), 0);
   const Child to_file(
-      {PSPLIT_COMMAND, "decode", path("khr.glb"), path("b.glb"), "--memory", "16MB", "-q", "-j", "1"});
+      {command_file(), "decode", path("khr.glb"), path("b.glb"), "--memory", "16MB", "-q", "-j", "1"});
   ASSERT_EQ(to_file.wait(&bounded), 0);
   EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
 #if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
@@ -226,7 +227,7 @@ TEST_F(EncodeLargeMemory, EveryOptionOnAMeshThatDoesNotFitTakesLong) {
                                              {"--compat", "khr"},
                                              {"--boxes"},
                                              {"--condense", "--boxes"}}) {
-    std::vector<std::string> words{PSPLIT_COMMAND, "encode", scan, path("a.gltf"), "--memory", "128MiB",
+    std::vector<std::string> words{command_file(), "encode", scan, path("a.gltf"), "--memory", "128MiB",
                                    "-q",           "-j",     "2",  "--force"};
     words.insert(words.end(), options.begin(), options.end());
     uint64_t peak = 0;
@@ -241,7 +242,7 @@ TEST_F(EncodeLargeMemory, EveryOptionOnAMeshThatDoesNotFitTakesLong) {
 TEST_F(EncodeLargeMemory, AFullDiskMayPassAndKeepsTheOldOutput) {
   const std::string scan = large("scan.ply");
   write("out.gltf", "old");
-  const Child child({"sh", "-c", "ulimit -f 4000; exec \"$0\" \"$@\" 2>/dev/null", PSPLIT_COMMAND, "encode",
+  const Child child({"sh", "-c", "ulimit -f 4000; exec \"$0\" \"$@\" 2>/dev/null", command_file(), "encode",
                      scan, path("out.gltf"), "--memory", "128MiB"});
   EXPECT_EQ(child.wait(), 75);
   EXPECT_EQ(read_bytes(path("out.gltf")), "old");
@@ -251,7 +252,7 @@ TEST_F(EncodeLargeMemory, AFullDiskMayPassAndKeepsTheOldOutput) {
 // A mesh that is decoded into a file says nothing about the asset if the file has no room.
 TEST_F(EncodeMemory, AFullDiskIsNoVerdict) {
   must_run({"encode", ply("2k"), path("a.glb"), "--patches", "2", "-q"});
-  const std::vector<std::string> validate{PSPLIT_COMMAND, "validate", path("a.glb"), "--memory", "1kB", "-q"};
+  const std::vector<std::string> validate{command_file(), "validate", path("a.glb"), "--memory", "1kB", "-q"};
   EXPECT_EQ(Child(validate).wait(), 0);
   std::vector<std::string> limited{"sh", "-c", "ulimit -f 1; exec \"$0\" \"$@\" >/dev/null 2>&1"};
   limited.insert(limited.end(), validate.begin(), validate.end());
@@ -263,7 +264,7 @@ TEST_F(EncodeLargeMemory, SurvivingKillsTakesLong) {
   write("out.gltf", "old");
   int killed = 0;
   for (const int wait_ms : {10, 100, 300, 600, 1000}) {
-    const Child child({PSPLIT_COMMAND, "encode", scan, path("out.gltf"), "--memory", "128MiB", "-q"});
+    const Child child({command_file(), "encode", scan, path("out.gltf"), "--memory", "128MiB", "-q"});
     std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
     kill(child.id, SIGKILL);
     if (child.wait() != -1) break;

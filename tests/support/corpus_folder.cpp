@@ -1,0 +1,7 @@
+#include "tests/support/corpus_folder.h"
+
+namespace psplit {
+
+std::filesystem::path corpus_folder() { return PSPLIT_CORPUS; }
+
+}  // namespace psplit
