@@ -1,5 +1,5 @@
 """Debian's packages without installing them, by apt with state of its own: sources, and packages of another architecture."""
-import pathlib, re, shutil, subprocess
+import os, pathlib, re, shutil, subprocess
 
 
 class NotFound(Exception):
@@ -20,11 +20,11 @@ def installed_version(package):
     return done.stdout
 
 
-def packages_to_build(project):
-    """What third_party/packages.txt names for the command and the libraries, but the tools of this machine."""
+def packages_to_cross_build(project):
+    """What third_party/packages.txt names for the command and the libraries, without tools, and what tests need."""
     listed = (project / "third_party/packages.txt").read_text().split("# tests\n")[0].splitlines()
     tools = ("build-essential", "cmake", "ninja-build")
-    return ["libc6-dev", "libstdc++-12-dev", *(line for line in listed if line and line[0] != "#" and line not in tools)]
+    return ["libc6-dev", "libstdc++-12-dev", "libgtest-dev", *(line for line in listed if line and line[0] != "#" and line not in tools)]
 
 
 def source(package, version, folder):
@@ -69,9 +69,9 @@ def unpack(architecture, packages, folder):
                                         capture_output=True, text=True).stdout)
         # Links to absolute places stay in the folder.
         for link in root.rglob("*"):
-            if link.is_symlink() and str(target := link.readlink()).startswith("/"):
+            if link.is_symlink() and (target := os.readlink(link)).startswith("/"):
                 link.unlink()
-                link.symlink_to(root / target.relative_to("/"))
+                link.symlink_to(os.path.relpath(root / target.lstrip("/"), link.parent))
         listed.write_text("".join(lines))
         done.write_text(asked)
     return [tuple(line.split("\t")) for line in listed.read_text().splitlines()]

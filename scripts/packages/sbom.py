@@ -1,5 +1,5 @@
 """The bill of materials of a static command, in SPDX 2.3, and the licences of the libraries in it."""
-import datetime, hashlib, json
+import datetime, hashlib, json, urllib.parse
 
 # The Debian packages whose code is in the command, with their licences in SPDX's names.
 kLinked = {
@@ -25,6 +25,11 @@ def licences(root, meshoptimizer):
     return "\n".join(parts)
 
 
+def address(package, version, architecture):
+    """A package URL."""
+    return f"pkg:deb/debian/{urllib.parse.quote(package)}@{urllib.parse.quote(version)}?arch={architecture}"
+
+
 def document(archive, version, architecture, packages, meshoptimizer_version, epoch):
     """SPDX's JSON for an archive. `packages`: {Debian package: version}."""
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
@@ -33,10 +38,8 @@ def document(archive, version, architecture, packages, meshoptimizer_version, ep
                "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "Apache-2.0",
                "licenseDeclared": "Apache-2.0", "copyrightText": "NOASSERTION", "primaryPackagePurpose": "APPLICATION",
                "checksums": [{"algorithm": "SHA256", "checksumValue": digest}]}
-    linked = [(name, packages[name], licence, f"pkg:deb/debian/{name.replace('+', '%2B')}@{packages[name].replace('+', '%2B')}?arch={architecture}")
-              for name, licence in kLinked.items()]
-    linked.append(("meshoptimizer", meshoptimizer_version, kMeshoptimizer,
-                   f"pkg:deb/debian/meshoptimizer@{meshoptimizer_version.replace('+', '%2B')}?arch=source"))
+    linked = [(name, packages[name], licence, address(name, packages[name], architecture)) for name, licence in kLinked.items()]
+    linked.append(("meshoptimizer", meshoptimizer_version, kMeshoptimizer, address("meshoptimizer", meshoptimizer_version, "source")))
     parts = [{"SPDXID": "SPDXRef-" + name.replace("+", "p").replace(".", "-"), "name": name, "versionInfo": its_version,
               "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "NOASSERTION", "licenseDeclared": licence,
               "copyrightText": "NOASSERTION", "primaryPackagePurpose": "LIBRARY",
