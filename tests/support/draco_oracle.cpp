@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 namespace psplit {
@@ -51,21 +52,23 @@ std::array<float, 3> unit_vector(const int32_t* place, int bits) {
   return {x * inverse, y * inverse, z * inverse};
 }
 
-// The tests are compiled with -ffp-contract=off, so nothing is fused here.
-void apply_transform(const draco::PointAttribute& attribute, RawAttribute& raw) {
+// Turns coded integers into floats. Returns false for an attribute that is not coded so. The tests are compiled
+// with -ffp-contract=off, so nothing is fused here.
+bool apply_transform(const draco::PointAttribute& attribute, RawAttribute& raw) {
   const draco::AttributeTransformData* data = attribute.GetAttributeTransformData();
-  if (data == nullptr || data->transform_type() == draco::ATTRIBUTE_NO_TRANSFORM) return;
+  if (data == nullptr || data->transform_type() == draco::ATTRIBUTE_NO_TRANSFORM) return false;
   const bool is_normal = data->transform_type() == draco::ATTRIBUTE_OCTAHEDRON_TRANSFORM;
   draco::AttributeQuantizationTransform grid;
   draco::AttributeOctahedronTransform octahedron;
-  if (!(is_normal ? octahedron.InitFromAttribute(attribute) : grid.InitFromAttribute(attribute))) return;
+  if (!(is_normal ? octahedron.InitFromAttribute(attribute) : grid.InitFromAttribute(attribute))) return false;
   const auto components = static_cast<size_t>(raw.component_count);
   const size_t count = raw.point_values.size() / (components * sizeof(int32_t));
   const size_t written = is_normal ? 3 : components;
   std::vector<uint8_t> values(count * written * sizeof(float));
   for (size_t point = 0; point < count; ++point) {
     std::vector<int32_t> in(components);
-    std::memcpy(in.data(), &raw.point_values[point * components * sizeof(int32_t)], components * sizeof(int32_t));
+    std::memcpy(in.data(), &raw.point_values[point * components * sizeof(int32_t)],
+                components * sizeof(int32_t));
     std::vector<float> out;
     if (is_normal) {
       const std::array<float, 3> vector = unit_vector(in.data(), octahedron.quantization_bits());
@@ -80,6 +83,18 @@ void apply_transform(const draco::PointAttribute& attribute, RawAttribute& raw) 
   raw.component_count = static_cast<int>(written);
   raw.data_type = draco::DT_FLOAT32;
   raw.point_values = std::move(values);
+  return true;
+}
+
+std::unique_ptr<draco::Mesh> decode(std::span<const uint8_t> stream, bool skip_transforms) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+  draco::Decoder decoder;
+  if (skip_transforms)
+    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
+      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  return decoded.ok() ? std::move(decoded).value() : nullptr;
 }
 
 }  // namespace
@@ -87,23 +102,20 @@ void apply_transform(const draco::PointAttribute& attribute, RawAttribute& raw) 
 std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
   if (kLibdracoFuses && transforms == AttributeTransforms::kApply)
     transforms = AttributeTransforms::kApplyUnfused;
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
-  draco::Decoder decoder;
-  if (transforms != AttributeTransforms::kApply)
-    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
-      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) return std::nullopt;
-  const draco::Mesh& source = *decoded.value();
-
-  RawMesh mesh = points_of(source);
-  if (transforms == AttributeTransforms::kApplyUnfused)
-    for (int i = 0; i < source.num_attributes(); ++i)
-      apply_transform(*source.attribute(i), mesh.attributes[static_cast<size_t>(i)]);
-  mesh.faces.reserve(source.num_faces());
-  for (uint32_t i = 0; i < source.num_faces(); ++i) {
-    const draco::Mesh::Face& face = source.face(draco::FaceIndex(i));
+  const std::unique_ptr<draco::Mesh> source = decode(stream, transforms == AttributeTransforms::kSkip);
+  if (source == nullptr) return std::nullopt;
+  RawMesh mesh = points_of(*source);
+  if (transforms == AttributeTransforms::kApplyUnfused) {
+    const std::unique_ptr<draco::Mesh> coded = decode(stream, true);
+    if (coded == nullptr) return std::nullopt;
+    RawMesh integers = points_of(*coded);
+    for (int i = 0; i < coded->num_attributes(); ++i)
+      if (apply_transform(*coded->attribute(i), integers.attributes[static_cast<size_t>(i)]))
+        mesh.attributes[static_cast<size_t>(i)] = std::move(integers.attributes[static_cast<size_t>(i)]);
+  }
+  mesh.faces.reserve(source->num_faces());
+  for (uint32_t i = 0; i < source->num_faces(); ++i) {
+    const draco::Mesh::Face& face = source->face(draco::FaceIndex(i));
     mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
   return mesh;
