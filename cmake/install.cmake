@@ -87,16 +87,16 @@ install(FILES ${PROJECT_BINARY_DIR}/psplit-config.cmake ${PROJECT_BINARY_DIR}/ps
         DESTINATION ${package_folder})
 
 if(PSPLIT_BUILD_TOOLS)
-  install(TARGETS gltf-psplit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS gltf-psplit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT command)
   # The manual page is made from the command's own help.
-  if(NOT CMAKE_CROSSCOMPILING)
+  if(NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULATOR)
     set(man_page ${PROJECT_BINARY_DIR}/gltf-psplit.1)
     add_custom_command(OUTPUT ${man_page}
-                       COMMAND ${CMAKE_COMMAND} -D COMMAND=$<TARGET_FILE:gltf-psplit> -D VERSION=${PROJECT_VERSION}
+                       COMMAND ${CMAKE_COMMAND} -D "COMMAND=${CMAKE_CROSSCOMPILING_EMULATOR};$<TARGET_FILE:gltf-psplit>" -D VERSION=${PROJECT_VERSION}
                                -D PAGE=${man_page} -P ${PROJECT_SOURCE_DIR}/cmake/man_page.cmake
                        DEPENDS gltf-psplit ${PROJECT_SOURCE_DIR}/cmake/man_page.cmake VERBATIM)
     add_custom_target(psplit_man_page ALL DEPENDS ${man_page})
-    install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT command)
     # So are the completions of shells, where each looks for them.
     set(completions)
     foreach(place IN ITEMS bash:bash-completion/completions/gltf-psplit zsh:zsh/site-functions/_gltf-psplit
@@ -109,7 +109,7 @@ if(PSPLIT_BUILD_TOOLS)
                          COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/completions/${shell}
                          COMMAND gltf-psplit completion ${shell} -o ${script} DEPENDS gltf-psplit VERBATIM)
       list(APPEND completions ${script})
-      install(FILES ${script} DESTINATION ${folder})
+      install(FILES ${script} DESTINATION ${folder} COMPONENT command)
     endforeach()
     add_custom_target(psplit_completions ALL DEPENDS ${completions})
   endif()

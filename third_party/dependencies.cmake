@@ -1,6 +1,10 @@
 # Every dependency of psplit is found here and nowhere else. All of them are installed packages (packages.txt lists
 # Debian's names, vcpkg.json those of other platforms); no dependency is vendored or downloaded.
 
+if(PSPLIT_STATIC_COMMAND)
+  # The command needs all of them as static libraries.
+  set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
+endif()
 if(PSPLIT_BUILD_ENCODER)
   # Without libdraco it is empty.
   add_library(psplit_draco_package INTERFACE)

@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "encoder/draco/draco_types.h"
+#include "encoder/draco/unfused_values.h"
 #include "encoder/stitching/stitch_map.h"
 #include "src/condensed/expand_container.h"
 #include "src/container/claims.h"
@@ -47,6 +48,11 @@ Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quant
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     if (decoded.ok()) {
       DracoMesh decoded_mesh{std::move(decoded).value()};
+      if (kLibdracoFuses && !keep_quantized) {
+        const Expected<DracoMesh> coded = decode_mesh(stream, true);
+        if (!coded) return coded.status();
+        set_unfused_values(*coded->mesh, *decoded_mesh.mesh);
+      }
       // Only libdraco built for its transcoder knows more types than the bitstream.
       for (int32_t i = 0; i < decoded_mesh.mesh->num_attributes(); ++i)
         if (decoded_mesh.mesh->attribute(i)->attribute_type() > draco::GeometryAttribute::GENERIC)

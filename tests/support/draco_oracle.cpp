@@ -4,7 +4,10 @@
 #include <draco/mesh/mesh.h>
 #include <draco/point_cloud/point_cloud.h>
 
+#include <memory>
 #include <utility>
+
+#include "encoder/draco/unfused_values.h"
 
 namespace psplit {
 
@@ -26,23 +29,33 @@ RawMesh points_of(const draco::PointCloud& source) {
   return mesh;
 }
 
-}  // namespace
-
-std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
+std::unique_ptr<draco::Mesh> decode(std::span<const uint8_t> stream, bool skip_transforms) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
   draco::Decoder decoder;
-  if (transforms == AttributeTransforms::kSkip)
+  if (skip_transforms)
     for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
       decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) return std::nullopt;
-  const draco::Mesh& source = *decoded.value();
+  return decoded.ok() ? std::move(decoded).value() : nullptr;
+}
 
-  RawMesh mesh = points_of(source);
-  mesh.faces.reserve(source.num_faces());
-  for (uint32_t i = 0; i < source.num_faces(); ++i) {
-    const draco::Mesh::Face& face = source.face(draco::FaceIndex(i));
+}  // namespace
+
+std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
+  if (kLibdracoFuses && transforms == AttributeTransforms::kApply)
+    transforms = AttributeTransforms::kApplyUnfused;
+  const std::unique_ptr<draco::Mesh> source = decode(stream, transforms == AttributeTransforms::kSkip);
+  if (source == nullptr) return std::nullopt;
+  if (transforms == AttributeTransforms::kApplyUnfused) {
+    const std::unique_ptr<draco::Mesh> coded = decode(stream, true);
+    if (coded == nullptr) return std::nullopt;
+    set_unfused_values(*coded, *source);
+  }
+  RawMesh mesh = points_of(*source);
+  mesh.faces.reserve(source->num_faces());
+  for (uint32_t i = 0; i < source->num_faces(); ++i) {
+    const draco::Mesh::Face& face = source->face(draco::FaceIndex(i));
     mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
   return mesh;

@@ -31,6 +31,9 @@ struct RawMesh {
 enum class AttributeTransforms {
   kApply,  // floats, as a loader gets them
   kSkip,   // the coded integers: grid steps, pairs of octahedral coordinates; always 32 bits
+  // Floats that the oracle itself calculates from the coded integers, rounded after each operation. A libdraco
+  // for a machine that fuses multiply-adds gives other bits, so there kApply is this.
+  kApplyUnfused,
 };
 
 // Nothing if libdraco rejects the stream.

@@ -1,0 +1,54 @@
+"""The bill of materials of a static command, in SPDX 2.3, and the licences of the libraries in it."""
+import datetime, hashlib, json, urllib.parse
+
+# The Debian packages whose code is in the command, with their licences in SPDX's names.
+kLinked = {
+    "libc6-dev": "LGPL-2.1-or-later",
+    "libstdc++-12-dev": "GPL-3.0-or-later WITH GCC-exception-3.1",
+    "libcli11-dev": "BSD-3-Clause",
+    "libpng-dev": "libpng-2.0",
+    "libxxhash-dev": "BSD-2-Clause",
+    "libzstd-dev": "BSD-3-Clause OR GPL-2.0-only",
+    "nlohmann-json3-dev": "MIT",
+    "zlib1g-dev": "Zlib",
+}
+kMeshoptimizer = "MIT"
+
+
+def licences(root, meshoptimizer):
+    """The text that an archive passes on. `root` is where the packages are installed or unpacked."""
+    parts = ["The command in this archive is linked with these libraries, whose licences follow.\n"]
+    texts = {package: root / "usr/share/doc" / package / "copyright" for package in kLinked}
+    texts["meshoptimizer"] = meshoptimizer / "LICENSE.md"
+    for name, file in texts.items():
+        parts.append(f"{'=' * 100}\n{name}\n{'=' * 100}\n\n{file.read_text()}")
+    return "\n".join(parts)
+
+
+def address(package, version, architecture):
+    """A package URL."""
+    return f"pkg:deb/debian/{urllib.parse.quote(package)}@{urllib.parse.quote(version)}?arch={architecture}"
+
+
+def document(archive, version, architecture, packages, meshoptimizer_version, epoch):
+    """SPDX's JSON for an archive. `packages`: {Debian package: version}."""
+    digest = hashlib.sha256(archive.read_bytes()).hexdigest()
+    created = datetime.datetime.fromtimestamp(epoch, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+    command = {"SPDXID": "SPDXRef-gltf-psplit", "name": "gltf-psplit", "versionInfo": version, "packageFileName": archive.name,
+               "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "Apache-2.0",
+               "licenseDeclared": "Apache-2.0", "copyrightText": "NOASSERTION", "primaryPackagePurpose": "APPLICATION",
+               "checksums": [{"algorithm": "SHA256", "checksumValue": digest}]}
+    linked = [(name, packages[name], licence, address(name, packages[name], architecture)) for name, licence in kLinked.items()]
+    linked.append(("meshoptimizer", meshoptimizer_version, kMeshoptimizer, address("meshoptimizer", meshoptimizer_version, "source")))
+    parts = [{"SPDXID": "SPDXRef-" + name.replace("+", "p").replace(".", "-"), "name": name, "versionInfo": its_version,
+              "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "NOASSERTION", "licenseDeclared": licence,
+              "copyrightText": "NOASSERTION", "primaryPackagePurpose": "LIBRARY",
+              "externalRefs": [{"referenceCategory": "PACKAGE-MANAGER", "referenceType": "purl", "referenceLocator": purl}]}
+             for name, its_version, licence, purl in linked]
+    relations = [{"spdxElementId": "SPDXRef-DOCUMENT", "relationshipType": "DESCRIBES", "relatedSpdxElement": command["SPDXID"]}]
+    relations += [{"spdxElementId": command["SPDXID"], "relationshipType": "STATIC_LINK", "relatedSpdxElement": part["SPDXID"]}
+                  for part in parts]
+    return json.dumps({"spdxVersion": "SPDX-2.3", "dataLicense": "CC0-1.0", "SPDXID": "SPDXRef-DOCUMENT", "name": archive.name,
+                       "documentNamespace": f"urn:psplit:sbom:{archive.name}:{digest}",
+                       "creationInfo": {"created": created, "creators": ["Tool: psplit-scripts-release"]},
+                       "packages": [command, *parts], "relationships": relations}, indent=1) + "\n"

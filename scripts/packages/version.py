@@ -1,0 +1,48 @@
+"""The version, which CMakeLists.txt says, and every other file that has to repeat it."""
+import pathlib, re
+
+root = pathlib.Path(__file__).resolve().parent.parent.parent
+# Each pattern's group is the version, or its first two numbers where a file asks for these.
+kPlaces = {
+    "CMakeLists.txt": r"^project\(psplit VERSION (\S+)",
+    "vcpkg.json": r'^  "version": "([^"]+)"',
+    "web/package.json": r'^  "version": "([^"]+)"',
+    "web/examples/bundlers/package.json": r'"psplit": "([^"]+)"',
+    "contrib/debian/changelog": r"\Apsplit \(([^)-]+)-\d+\)",
+    "contrib/vcpkg/psplit/vcpkg.json": r'^  "version": "([^"]+)"',
+    "contrib/conan/conanfile.py": r'^    version = "([^"]+)"',
+    "contrib/homebrew/psplit.rb": r'^  version "([^"]+)"',
+    "c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
+    "gltf_ext/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
+}
+
+
+def versions():
+    """{file: (version, where it stands)} as the files have it."""
+    found = {}
+    for file, pattern in kPlaces.items():
+        match = re.search(pattern, (root / file).read_text(), re.M)
+        if not match:
+            raise ValueError(f"{file} has no version where it should have one")
+        found[file] = match
+    return found
+
+
+def version():
+    return versions()["CMakeLists.txt"].group(1)
+
+
+def disagreements():
+    """The files that say another version than CMakeLists.txt."""
+    right = version()
+    return [f"{file} says {match.group(1)}, CMakeLists.txt {right}" for file, match in versions().items()
+            if match.group(1) not in (right, right.rpartition(".")[0])]
+
+
+def set_version(new):
+    if not re.fullmatch(r"\d+\.\d+\.\d+", new):
+        raise ValueError(f"{new} is no version such as 1.2.3")
+    for file, match in versions().items():
+        text = (root / file).read_text()
+        said = new if match.group(1).count(".") == 2 else new.rpartition(".")[0]
+        (root / file).write_text(text[:match.start(1)] + said + text[match.end(1):])

@@ -1,0 +1,32 @@
+#!/usr/bin/env python3
+"""Every file that repeats the version says that of CMakeLists.txt, and scripts/release --version changes all of them:
+version_test.py SOURCE"""
+import pathlib, re, shutil, subprocess, sys, tempfile
+
+sys.dont_write_bytecode = True
+source = pathlib.Path(sys.argv[1])
+sys.path.insert(0, str(source / "scripts"))
+from packages import version
+
+if version.disagreements():
+    sys.exit("\n".join(version.disagreements()))
+with tempfile.TemporaryDirectory() as name:
+    copy = pathlib.Path(name)
+    for file in [*version.kPlaces, "scripts/release", *(f"scripts/packages/{part}" for part in ("debian.py", "sbom.py", "version.py"))]:
+        (copy / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source / file, copy / file)
+    release = [sys.executable, copy / "scripts/release", "--version"]
+    if subprocess.run([*release, "7.8"], capture_output=True).returncode == 0:
+        sys.exit("7.8 is taken for a version")
+    subprocess.run([*release, "7.8.9"], check=True, capture_output=True)
+    for file, pattern in version.kPlaces.items():
+        said = re.search(pattern, (copy / file).read_text(), re.M).group(1)
+        if said not in ("7.8.9", "7.8"):
+            sys.exit(f"{file} says {said} after scripts/release --version 7.8.9")
+    # One file that was forgotten is noticed.
+    text = (copy / "vcpkg.json").read_text()
+    (copy / "vcpkg.json").write_text(text.replace("7.8.9", "7.8.8"))
+    done = subprocess.run(release, capture_output=True, text=True)
+    if done.returncode != 1 or "vcpkg.json says 7.8.8, CMakeLists.txt 7.8.9" not in done.stdout:
+        sys.exit(f"scripts/release --version says {done.stdout!r}")
+print(f"{len(version.kPlaces)} files say {version.version()}")
