@@ -1,6 +1,6 @@
 // Measures encoders of the web on the same meshes, in one process, in turn:
 //
-//   node encoders.mjs ROUNDS FACES   the tables of docs/web.md, as Markdown
+//   node encoders.mjs ROUNDS FACES [GLB...]   the tables of docs/web.md, as Markdown; also of plain assets
 //
 // Each encoder has an instance of its own for each mesh, and builds the mesh and encodes it in each round. Times are medians of
 // the rounds' CPU time, ratios medians of the rounds' ratios. The bytes have to be the same.
@@ -9,9 +9,11 @@ import { createRequire } from 'node:module';
 import path from 'node:path';
 import { brotliCompressSync } from 'node:zlib';
 import { modules_folder, package_folder, stock } from '../../tests/web/load.mjs';
+import { code_of_page } from '../../tests/web/page_code.mjs';
+import { pathToFileURL } from 'node:url';
 import { measured } from './cpu_time.mjs';
 
-const [rounds, faces] = process.argv.slice(2).map(Number), kWarmUpRounds = 1;
+const [rounds, faces] = process.argv.slice(2, 4).map(Number), assets = process.argv.slice(4), kWarmUpRounds = 1;
 const own = createRequire(import.meta.url)(path.join(package_folder, 'draco/draco_encoder.js'));
 const encoders = [['draco3d 1.5.7', stock.createEncoderModule], ['psplit/draco', own.createEncoderModule]];
 const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
@@ -86,9 +88,41 @@ for (const [name, mesh] of Object.entries(meshes))
       heaps.map((heap) => heap.toFixed(1)).join(' | ')} | ${(heaps[1] / heaps[0]).toFixed(2)} |`);
   }
 
+// Containers: psplit/encode beside draco3d, which makes one stream. An instance of psplit/encode lives for one mesh.
+const { encodeMesh } = await import(pathToFileURL(path.join(package_folder, 'encode.js')));
+const { decodeGlb } = await import(pathToFileURL(path.join(package_folder, 'asset.js')));
+const kNames = { POSITION: 'POSITION', NORMAL: 'NORMAL', TEX_COORD: 'TEXCOORD_0' };
+const kWays = [['patches', {}], ['not verified', { verify: false }], ['condensed', { condense: true }]];
+const of_assets = await Promise.all(assets.map(async (file) => {
+  const { primitives: [{ indices, attributes, pointCount: points }] } = await decodeGlb(readFileSync(file));
+  const known = Object.entries(kNames).filter(([, name]) => name in attributes);
+  return [path.basename(file).replace(/\..*/, ''), { faces: Uint32Array.from(indices), points,
+    attributes: known.map(([semantic, name]) => [semantic, attributes[name].componentCount, attributes[name].array]) }];
+}));
+console.log(`\n| mesh | draco3d, bytes | CPU ms | ${kWays.map(([way]) => `${way}, bytes | CPU ms | times`).join(' | ')} |`);
+console.log(`|---|---:|---:|${kWays.map(() => '---:|---:|---:|').join('')}`);
+for (const [name, mesh] of [...Object.entries(meshes), ...of_assets]) {
+  const draco = await stock.createEncoderModule({}), times = [[], ...kWays.map(() => [])], bytes = [];
+  const given = { indices: mesh.faces, attributes: Object.fromEntries(mesh.attributes.map(([semantic, componentCount, array]) =>
+    [kNames[semantic], { array, componentCount }])) };
+  for (let round = -kWarmUpRounds; round < rounds; ++round)
+    for (const [i, way] of [undefined, ...kWays].entries()) {
+      let out;
+      const { all } = await measured(async () => { out = way === undefined ? encode(draco, mesh, 5) : await encodeMesh(given, way[1]); });
+      if (round >= 0) times[i].push(all);
+      bytes[i] = way === undefined ? bytes_of(draco, out).length : out.container.length;
+    }
+  const ratio = (i) => median(times[0].map((time, round) => time / times[i][round])).toFixed(2);
+  console.log(`| ${name}: ${(mesh.faces.length / 3).toLocaleString('en-US')} faces, ${mesh.attributes.map(([semantic]) => semantic).join(', ')} | ${
+    bytes.map((count, i) => `${count.toLocaleString('en-US')} | ${median(times[i]).toFixed(0)}${i > 0 ? ` | ${ratio(i)}` : ''}`).join(' | ')} |`);
+}
+
 console.log('\n| encoder | module, bytes | module, brotli | script, brotli |\n|---|---:|---:|---:|');
 const of_draco3d = path.join(modules_folder, 'node_modules/draco3d'), of_psplit = path.join(package_folder, 'draco');
 for (const [name, folder, script] of [['draco3d 1.5.7 (for Node.js)', of_draco3d, 'draco_encoder_nodejs.js'], ['psplit/draco', of_psplit, 'draco_encoder.js']]) {
   const read = (file) => readFileSync(path.join(folder, file)), brotli = (file) => brotliCompressSync(read(file)).length.toLocaleString('en-US');
   console.log(`| ${name} | ${read('draco_encoder.wasm').length.toLocaleString('en-US')} | ${brotli('draco_encoder.wasm')} | ${brotli(script)} |`);
 }
+const encoder = readFileSync(path.join(package_folder, 'psplit_encoder.wasm'));
+console.log(`| psplit/encode | ${encoder.length.toLocaleString('en-US')} | ${brotliCompressSync(encoder).length.toLocaleString('en-US')} | ${
+  brotliCompressSync(await code_of_page('encode.js')).length.toLocaleString('en-US')}, minified |`);

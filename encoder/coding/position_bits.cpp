@@ -1,10 +1,11 @@
 #include "encoder/coding/position_bits.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <sstream>
 
 #include "encoder/coding/quantization.h"
 
@@ -34,10 +35,9 @@ AttributeCoding with_bits(AttributeCoding grid, int bits) {
 }
 
 std::string rounded_text(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value;
-  return text.str();
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
+  return {text.data(), end.ptr};
 }
 
 }  // namespace

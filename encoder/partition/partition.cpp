@@ -274,11 +274,16 @@ Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t ve
 }
 
 std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count) {
-  const uint64_t total = std::accumulate(face_counts.begin(), face_counts.end(), uint64_t{0});
+  uint64_t total = std::accumulate(face_counts.begin(), face_counts.end(), uint64_t{0});
+  // Products of two numbers below 2^32 do not overflow.
+  constexpr uint64_t kMost = 0xffffffff;
+  int shift = 0;
+  for (; total > kMost; total >>= 1) ++shift;
+  patch_count = std::min(patch_count, kMost);
   std::vector<uint32_t> shares;
   for (const uint64_t faces : face_counts) {
-    const auto exact = total == 0 ? 0.0L : static_cast<long double>(faces) * patch_count / total;
-    shares.push_back(static_cast<uint32_t>(std::clamp(exact, 1.0L, 4294967295.0L)));
+    const uint64_t share = total == 0 ? 0 : (faces >> shift) * patch_count / total;
+    shares.push_back(static_cast<uint32_t>(std::clamp<uint64_t>(share, 1, kMost)));
   }
   return shares;
 }

@@ -11,6 +11,7 @@
 #include "encoder/coding/position_bits.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/partition/partition.h"
+#include "encoder/patch_counts.h"
 
 namespace psplit {
 
@@ -29,26 +30,8 @@ inline constexpr uint64_t kLeastCoarseFaces = 100;
 // more than once.
 enum class Compat { kNone, kKhr };
 
-// Primitives of at least this many faces are split if the caller states no limit. Two patches then cost about
-// 2 % of the primitive's bytes (docs/benchmarks.md).
-inline constexpr uint64_t kMinFaces = 20000;
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
-
-// Into how many patches primitives are cut: by `count`, otherwise by `faces`. If both are 0, a primitive of
-// kMinFaces or more is cut into 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces.
-struct PatchTarget {
-  uint64_t count = 0;        // of all primitives together
-  uint64_t least_faces = 0;  // `count` is reduced until each patch has at least this many faces
-  uint64_t faces = 0;        // of a patch: a primitive of F faces gets round(F / faces) patches, at least 1
-  uint64_t most = 0;         // of a primitive, if count and faces are 0; 0 means no bound
-  // Smaller primitives stay whole. 0 means kMinFaces if count and faces are 0, and no bound otherwise.
-  uint64_t min_faces = 0;
-  bool always = false;  // store primitives that stay whole as one patch of the extension, too
-
-  // Whether the caller asks for patches, and does not leave it to the size of each primitive.
-  bool is_given() const { return count > 0 || faces > 0 || always; }
-};
 
 struct EncodeDocumentOptions {
   PatchTarget patches{};

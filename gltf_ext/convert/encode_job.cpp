@@ -1,10 +1,7 @@
 #include "gltf_ext/convert/encode_job.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
-#include <numeric>
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/position_bits.h"
@@ -124,33 +121,10 @@ std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,
   return ordered;
 }
 
-uint64_t default_patch_count(uint64_t faces, uint64_t min_faces) {
-  constexpr double kPatchFaces = 30000;
-  if (faces < min_faces) return 1;
-  const double patches = static_cast<double>(faces) / kPatchFaces;
-  if (patches < 24)
-    return std::clamp<uint64_t>(std::bit_ceil(static_cast<uint64_t>(patches / std::sqrt(2.0)) + 1), 2, 16);
-  return 16 * static_cast<uint64_t>(std::lround(patches / 16));
-}
-
 std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const EncodeDocumentOptions& options) {
-  const PatchTarget& target = options.patches;
-  std::vector<uint32_t> distributed;
-  if (target.count > 0) {
-    const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
-    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, target.least_faces));
-    distributed = distribute_patches(faces, std::min(target.count, most));
-  }
-  const auto count_of = [&](size_t i) -> uint64_t {
-    if (faces[i] < target.min_faces) return 1;
-    if (target.count > 0) return distributed[i];
-    if (target.faces > 0) return std::max<uint64_t>(1, (faces[i] + target.faces / 2) / target.faces);
-    return std::min(options.most_patches(),
-                    default_patch_count(faces[i], target.min_faces > 0 ? target.min_faces : kMinFaces));
-  };
-  std::vector<uint32_t> counts;
-  for (size_t i = 0; i < faces.size(); ++i) counts.push_back(static_cast<uint32_t>(count_of(i)));
-  return counts;
+  PatchTarget target = options.patches;
+  target.most = options.most_patches();
+  return patch_counts(faces, target);
 }
 
 std::vector<uint32_t> patch_counts(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& options) {

@@ -7,9 +7,8 @@
 #include <optional>
 #include <set>
 
-#include "encoder/coding/choose_codings.h"
-#include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/shared_codings.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/validate.h"
@@ -122,59 +121,22 @@ std::vector<size_t> grid_groups(const std::vector<EncodeJob>& jobs, Quantization
   return groups;
 }
 
-// Chooses the codings of all jobs. Meshes that must fit together get one grid for each semantic.
-void choose_job_codings(std::vector<EncodeJob>& jobs, std::span<const size_t> groups,
-                        const CodingOptions& options, const std::set<std::string>& exact,
-                        const ThreadPool& pool) {
-  std::vector<std::vector<CodingBounds>> bounds(jobs.size());
-  pool.for_each(jobs.size(), [&](size_t k) {
-    EncodeJob& job = jobs[k];
-    for (Attribute& attribute : job.mesh.attributes)
-      if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
-    const std::vector<uint8_t> stored = stored_points_of(job);
-    for (const Attribute& attribute : job.mesh.attributes) {
-      const int bits = wanted_bits(attribute, options, exact);
-      bounds[k].push_back(bits == 0 ? CodingBounds() : bounds_of(attribute, bits, stored));
-      job.codings.push_back(choose_coding(attribute, bounds[k].back(), bits));
-    }
-  });
-  std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
-  const auto visit = [&](const auto& act) {
-    for (size_t k = 0; k < jobs.size(); ++k)
-      for (size_t i = 0; i < jobs[k].codings.size(); ++i) {
-        const Attribute& attribute = jobs[k].mesh.attributes[i];
-        AttributeCoding& coding = jobs[k].codings[i];
-        if (coding.bits > 0 && !coding.octahedral)
-          act(joined[{groups[k], attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
-              coding);
-      }
-  };
-  visit([](CodingBounds& all, const CodingBounds& own, const auto&...) { all.add(own); });
-  visit([&](const CodingBounds& all, const CodingBounds&, const Attribute& attribute, AttributeCoding& coding) {
-    AttributeCoding shared = choose_coding(attribute, all, wanted_bits(attribute, options, exact));
-    if (shared.bits > 0) coding = std::move(shared);
-  });
-}
-
-// Chooses the bits of positions for all jobs of a group together, because they share a grid.
-Status choose_position_bits(const Document& document, const EncodeDocumentOptions& options,
-                            std::span<const size_t> groups, std::vector<EncodeJob>& jobs) {
-  std::map<size_t, double> steps;  // the finest that the edges of one of the group's jobs want
-  for (size_t k = 0; k < jobs.size() && options.position_bits_by_edges; ++k) {
-    EdgeSample sample;
-    sample.add(jobs[k].mesh);
-    const double step = step_for_edges(sample.lengths());
-    if (step == 0) continue;
-    const auto [found, is_new] = steps.emplace(groups[k], step);
-    if (!is_new) found->second = std::min(found->second, step);
+// Chooses the codings of all jobs. Jobs of a group share their grids.
+Status choose_job_codings(const Document& document, const EncodeDocumentOptions& options,
+                          std::span<const size_t> groups, const std::set<std::string>& exact,
+                          std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
+  std::vector<MeshToCode> meshes;
+  for (size_t k = 0; k < jobs.size(); ++k)
+    meshes.push_back({&jobs[k].mesh, groups[k], [&job = jobs[k]] { return stored_points_of(job); }});
+  auto codings = choose_shared_codings(meshes, options.coding(), exact, pool);
+  if (options.chooses_position_bits()) {
+    const auto max_error =
+        options.position_bits_by_edges ? std::nullopt : std::optional(options.max_position_error);
+    size_t failed = 0;
+    if (Status status = choose_position_bits(meshes, max_error, codings, failed); !status.ok())
+      return std::move(status).at(jobs[failed].place(document));
   }
-  for (size_t k = 0; k < jobs.size(); ++k) {
-    AttributeCoding* coding = jobs[k].position_coding();
-    if (coding == nullptr) continue;
-    const Expected<int> bits = chosen_position_bits(*coding, options, steps[groups[k]]);
-    if (!bits) return bits.status().at(jobs[k].place(document));
-    coding->bits = *bits;
-  }
+  for (size_t k = 0; k < jobs.size(); ++k) jobs[k].codings = std::move(codings[k]);
   return {};
 }
 
@@ -464,11 +426,9 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     shared_points.divide(document, result.jobs);
   }
   shared_points.finish(result.jobs);
-  const std::vector<size_t> shared_grids = grid_groups(result.jobs, options.volume);
-  choose_job_codings(result.jobs, shared_grids, options.coding(), exact, pool);
-  if (options.chooses_position_bits())
-    if (Status status = choose_position_bits(document, options, shared_grids, result.jobs); !status.ok())
-      return status;
+  Status chosen =
+      choose_job_codings(document, options, grid_groups(result.jobs, options.volume), exact, result.jobs, pool);
+  if (!chosen.ok()) return chosen;
   for (EncodeJob& job : result.jobs) round_job_weights(job);
   std::ranges::move(large, std::back_inserter(result.jobs));
   return result;

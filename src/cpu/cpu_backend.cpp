@@ -73,12 +73,7 @@ class Tasks {
       statuses_[group[0]] = container.refusal;
       steps_.finish(1);
     } else {
-      static_assert(kInStep == 3);
-      switch (group.size()) {
-        case 3: decode_in_step(group.first<3>()); break;
-        case 2: decode_in_step(group.first<2>()); break;
-        default: decode_stream(group[0], *ScratchPool::Lease(scratch_pool()));
-      }
+      decode_streams(group);
       steps_.finish(group.size());
     }
   }
@@ -89,6 +84,17 @@ class Tasks {
     if (out) return ContainerDecoder(tasks_[task], *out, pool_, steps_).decode();
     steps_.finish(container.entries.size());
     return out.status();
+  }
+  // At most kCount streams.
+  template <uint32_t kCount = kInStep>
+  void decode_streams(std::span<const size_t> group) {
+    if constexpr (kCount == 1) {
+      decode_stream(group[0], *ScratchPool::Lease(scratch_pool()));
+    } else if (group.size() == kCount) {
+      decode_in_step(group.first<kCount>());
+    } else {
+      decode_streams<kCount - 1>(group);
+    }
   }
   void decode_stream(size_t task, Scratch& scratch) {
     statuses_[task] = with_decoded(*tasks_[task].container, BorderValues(), 0, tasks_[task].requests, scratch,

@@ -55,6 +55,20 @@ test('the command of glTF-Transform', { timeout: 60000 }, () => {
   const without = inspected();
   assert.match(without.stdout + without.stderr, /Missing required extension/);
 });
+test('encoding', async () => {
+  const { decodeGlb } = await import(pathToFileURL(path.join(root, 'build/web/psplit/asset.js')));
+  const plain = path.join(folder, 'plain.glb');
+  const { io, document: patched } = await run(block('glTF-Transform'), ['io', 'document'], {});
+  // The same asset without its containers.
+  for (const extension of patched.getRoot().listExtensionsUsed()) extension.dispose();
+  await io.write(plain, patched);
+  const { document } = await run(block('Encoding'), ['document', 'psplit'], {});
+  const { primitives: [{ coding, indices }] } = await decodeGlb(readFileSync(path.join(folder, 'patches.glb')));
+  assert.deepEqual([coding, indices.length / 3], ['patches', document.getRoot().listMeshes()[0].listPrimitives()[0].getIndices().getCount() / 3]);
+  const in_node = block('Encoding', 1).replace("'/plain.glb'", JSON.stringify(pathToFileURL(plain).href));
+  const { encoded: { container: made, patchCount, positionError } } = await run(in_node, ['encoded'], {});
+  assert.ok(made.length > 1000 && patchCount === 1 && positionError < 0.01, `${made.length} ${patchCount} ${positionError}`);
+});
 test('the encoder in place of draco3d', async () => {
   const { io, KHRDracoMeshCompression } = await run(block('Encoding, in place of draco3d'), ['io', 'KHRDracoMeshCompression'], {});
   const { document } = await run(block('glTF-Transform'), ['document'], {});

@@ -5,7 +5,8 @@ import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon
 import createEncoderModule from 'psplit/draco/draco_encoder.js';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
-import { PsplitMeshDracoPatches, createDecoder, decodeAhead } from 'psplit/gltf-transform';
+import { type EncodedMesh, createEncoder, encodeMesh, encodeMeshes } from 'psplit/encode';
+import { PsplitMeshDracoPatches, createDecoder, decodeAhead, psplit as patches } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
 import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
 import { BufferAttribute, BufferGeometry } from 'three';
@@ -89,4 +90,19 @@ export async function io(pool: Pool): Promise<void> {
   registerPsplit(() => {}, { pool });
   // @ts-expect-error: requests of containers need a type
   await decodeContainer(new Uint8Array(4), { attributes: [{ name: 'POSITION', uniqueId: 0, componentCount: 3 }] });
+}
+
+export async function encoded(bytes: Uint8Array, signal: AbortSignal): Promise<number> {
+  const { primitives } = await decodeGlb(bytes), geometry = new BufferGeometry();
+  const here: EncodedMesh = await encodeMesh(primitives[0]!, { positionBits: 'auto', condense: true, onProgress: (done, total) => console.log(done / total) });
+  const several = await encodeMeshes(primitives, { grids: primitives.map(({ mesh }) => mesh), order: { near: [0, 1, 0] }, exact: ['TEXCOORD_1'] });
+  const encoder = createEncoder({ workers: 2, wasm: '/psplit_encoder.wasm' });
+  const { array, itemSize } = geometry.getAttribute('position') as BufferAttribute;
+  const there = await encoder.encodeMesh({ attributes: { POSITION: { array: array as Float32Array, itemSize } } }, { signal, transfer: true });
+  // @ts-expect-error: not a profile
+  await encoder.encodeMesh(primitives[0]!, { profile: 'fast' });
+  const document = await new NodeIO().registerExtensions([PsplitMeshDracoPatches]).readBinary(bytes);
+  await document.transform(patches({ encoder, quantizationVolume: 'scene', patchFaces: 4800 }), patches());
+  encoder.dispose();
+  return here.container.length + several.length + there.patchCount;
 }

@@ -1,5 +1,6 @@
 // The extension PSPLIT_mesh_draco_patches for glTF-Transform 4.
-import { Extension, type JSONDocument, type ReaderContext, type WriterContext } from '@gltf-transform/core';
+import { Extension, type JSONDocument, type ReaderContext, type Transform, type WriterContext } from '@gltf-transform/core';
+import type { EncodeOptions, Encoder } from './encode.js';
 import type { AttributeRequest, Bytes, Configuration, DecodedContainer, Pool } from './index.js';
 
 /** Decodes at once, on the calling thread. */
@@ -16,9 +17,27 @@ export function createDecoder(options?: Pick<Configuration, 'wasm'>): Promise<Sy
  */
 export function decodeAhead(document: JSONDocument, pool: Pool, options?: { signal?: AbortSignal }): Promise<void>;
 
+export interface PsplitOptions extends Omit<EncodeOptions, 'decoded'> {
+  /** Encodes in its worker. By default the calling thread encodes. */
+  encoder?: Encoder;
+  /** Which primitives share a quantization grid: none (`primitive`), those of a mesh (the default), or all (`scene`). */
+  quantizationVolume?: 'primitive' | 'mesh' | 'scene';
+  /** Whether loaders have to know the extension. Otherwise the file has the geometry once more, uncompressed. By default true. */
+  required?: boolean;
+  /** As in `createDecoder`: a decoder compares containers with the document's geometry when it is written. */
+  wasm?: Configuration['wasm'];
+}
+
 /**
- * Reads containers. Writes those that were read and whose geometry did not change since, byte for byte; other geometry is
- * written without compression, and the logger says why. If the extension is not required (`setRequired(false)`), the output also
+ * A transform that makes patches of all lists of triangles, with the bytes of `gltf-psplit encode --always-patches`. The document then
+ * has the geometry to which they decode. Morph targets get the new order of points. The logger says what is left as it is: points,
+ * lines, strips, and what is in patches already.
+ */
+export function psplit(options?: PsplitOptions): Transform;
+
+/**
+ * Reads containers. Writes those that were read, or made by psplit(), and whose geometry did not change since, byte for byte; other
+ * geometry is written without compression, and the logger says why. If the extension is not required (`setRequired(false)`), the output also
  * has the uncompressed geometry, as a fallback, unless the mesh has coarse primitives. These are kept, but for extensions on them,
  * while the mesh has a container.
  */

@@ -1,5 +1,5 @@
-// The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers. There is no encoder in WebAssembly, so it
-// writes the containers that it read and whose geometry did not change since. Other geometry is written without the extension.
+// The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers, and writes those that it read, or that psplit()
+// made, and whose geometry did not change since. Other geometry is written without the extension.
 import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType, RefList } from '@gltf-transform/core';
 import { error_from_data, PsplitError } from './error.js';
 import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, stored_primitive } from './gltf.js';
@@ -149,6 +149,10 @@ export class PsplitMeshDracoPatches extends Extension {
     return this;
   }
 
+  get hasDecoder() {
+    return this.#decoder !== undefined;
+  }
+
   preread(context, type) {
     return type === PropertyType.MESH ? this.#choose_primitives(context) : this.#preread_primitives(context);
   }
@@ -247,8 +251,8 @@ export class PsplitMeshDracoPatches extends Extension {
     for (const container of this.listProperties()) if (used_by_mesh(container)) gone.delete(container);
     if (gone.size > 0) changes.push(`${gone.size} containers that were read belong to no primitive any more`);
     if (changes.length > 0) {
-      this.document.getLogger().warn(`[${kExtensionName}] Some geometry is written without patches: ${changes.join('; ')}. This ` +
-        'package has no encoder: gltf-psplit encode makes patches again.');
+      this.document.getLogger().warn(`[${kExtensionName}] Some geometry is written without patches: ${changes.join('; ')}. ` +
+        'The transform psplit() makes patches again.');
     }
     take_back_from_draco(context, kept);
     // If loaders may ignore the extension, the accessors keep their data as the fallback, unless there are coarse primitives.
@@ -363,3 +367,117 @@ const has_coarse = (primitive) => primitive.listParents().every((parent) =>
   parent.propertyType !== PropertyType.MESH || parent.getExtension(kExtensionName) !== null);
 const used_by_mesh = (container) => container.listParents().some((parent) =>
   parent.propertyType === PropertyType.PRIMITIVE && is_in_mesh(parent));
+
+// --- psplit()
+
+// Why a primitive cannot be encoded; undefined if it can.
+function reason_to_leave(primitive) {
+  const indices = primitive.getIndices()?.getArray(), position = primitive.getAttribute('POSITION');
+  if (primitive.getExtension(kExtensionName) !== null) return 'it is in patches already';
+  if (primitive.getMode() !== Primitive.Mode.TRIANGLES) return 'it is no list of triangles';
+  if (position === null || position.getCount() === 0) return 'it has no positions';
+  if (primitive.listSemantics().some((name) => primitive.getAttribute(name).getComponentType() === 5125)) return 'an attribute holds 32-bit integers';
+  return (indices?.length ?? position.getCount()) === 0 ? 'it has no triangles' : undefined;
+}
+
+// Groups of primitives with the same geometry, in their order: { place, primitives, meshes }.
+function groups_of(meshes, leave) {
+  const numbers = new Map(), groups = new Map();
+  const number = (accessor) => numbers.get(accessor) ?? numbers.set(accessor, numbers.size).get(accessor);
+  const key_of = (of) => of.listSemantics().map((name) => [name, number(of.getAttribute(name))]);
+  meshes.forEach((mesh, m) => mesh.listPrimitives().forEach((primitive, p) => {
+    const reason = reason_to_leave(primitive);
+    const place = `mesh ${m}, primitive ${p}`;
+    if (reason !== undefined) return leave(`${place}: ${reason}`);
+    const key = JSON.stringify([number(primitive.getIndices()), key_of(primitive), primitive.listTargets().map(key_of)]);
+    if (!groups.has(key)) groups.set(key, { place, primitives: [], meshes: [] });
+    groups.get(key).primitives.push(primitive);
+    groups.get(key).meshes.push(m);
+  }));
+  return [...groups.values()];
+}
+
+// For each group the number of those that share its grids. Meshes that have a geometry in common are quantized as one.
+function grids_of(groups, volume) {
+  if (volume !== 'mesh') return groups.map((_, i) => (volume === 'primitive' ? i : 0));
+  const lowest = new Map(), root = (mesh) => (lowest.has(mesh) ? root(lowest.get(mesh)) : mesh);
+  for (const { meshes } of groups)
+    for (const mesh of meshes) {
+      const [low, high] = [root(meshes[0]), root(mesh)].sort((a, b) => a - b);
+      if (low !== high) lowest.set(high, low);
+    }
+  return groups.map(({ meshes }) => root(meshes[0]));
+}
+
+// The data of morph targets, as bytes for each point.
+function bytes_of_targets(primitive) {
+  const points = primitive.getAttribute('POSITION').getCount();
+  const arrays = primitive.listTargets().flatMap((target) => target.listAttributes()).map((accessor) => accessor.getArray());
+  if (arrays.length === 0) return undefined;
+  const widths = arrays.map(({ byteLength }) => byteLength / points), stride = widths.reduce((a, b) => a + b);
+  const bytes = new Uint8Array(points * stride);
+  let offset = 0;
+  arrays.forEach((array, k) => {
+    const from = new Uint8Array(array.buffer, array.byteOffset, array.byteLength), width = widths[k];
+    for (let i = 0; i < points; ++i) bytes.set(from.subarray(i * width, (i + 1) * width), i * stride + offset);
+    offset += width;
+  });
+  return bytes;
+}
+
+/** A transform: makes patches of all lists of triangles. */
+export function psplit(options) {
+  const { encoder, quantizationVolume = 'mesh', required = true, wasm, ...rest } = options ?? {};
+  if (!['primitive', 'mesh', 'scene'].includes(quantizationVolume))
+    throw new PsplitError(`the option \`quantizationVolume\` cannot be ${String(quantizationVolume)}`, 'invalid-input');
+  async function psplit(document) {
+    const root = document.getRoot(), graph = document.getGraph(), left = [];
+    const groups = groups_of(root.listMeshes(), (reason) => left.push(reason));
+    const meshes = groups.map(({ primitives: [primitive] }) => ({ indices: primitive.getIndices()?.getArray(),
+      attributes: Object.fromEntries(primitive.listSemantics().map((name) => {
+        const accessor = primitive.getAttribute(name);
+        return [name, { array: accessor.getArray(), componentCount: accessor.getElementSize(), normalized: accessor.getNormalized() }];
+      })), distinct: bytes_of_targets(primitive) }));
+    const { encodeMeshes } = encoder === undefined ? await import('./encode.js') : { encodeMeshes: (...of) => encoder.encodeMeshes(...of) };
+    const results = groups.length === 0 ? []
+      : await encodeMeshes(meshes, { ...rest, decoded: true, leave: true, grids: grids_of(groups, quantizationVolume) });
+    results.forEach(({ unsupported }, i) => unsupported !== undefined && left.push(`${groups[i].place}: ${unsupported}`));
+    if (left.length > 0) document.getLogger().warn(`[${kExtensionName}] Some geometry is left as it is: ${left.join('; ')}.`);
+    if (results.every(({ unsupported }) => unsupported !== undefined)) return;
+    const extension = document.createExtension(PsplitMeshDracoPatches).setRequired(required);
+    // Writing compares geometry with its containers.
+    if (!extension.hasDecoder) extension.install('psplit.decoder', await createDecoder({ wasm }));
+
+    const replaced = new Set();
+    groups.forEach(({ primitives }, i) => {
+      if (results[i].unsupported !== undefined) return;
+      const { container: bytes, attributes, indices, pointCount, sourcePoints } = results[i], [first] = primitives;
+      const buffer = first.getAttribute('POSITION').getBuffer() ?? root.listBuffers()[0] ?? document.createBuffer();
+      const like = (accessor, array) => document.createAccessor(accessor?.getName()).setType(accessor?.getType() ?? 'SCALAR')
+        .setNormalized(accessor?.getNormalized() ?? false).setArray(array).setBuffer(buffer);
+      const made = Object.fromEntries(attributes.map(({ name, array }) => [name, like(first.getAttribute(name), array)]));
+      const made_indices = like(first.getIndices(), pointCount <= 0xffff ? new Uint16Array(indices) : indices);
+      const made_targets = first.listTargets().map((target) => Object.fromEntries(target.listSemantics().map((name) => {
+        const accessor = target.getAttribute(name), width = accessor.getElementSize(), from = accessor.getArray();
+        const array = new from.constructor(width * pointCount);
+        sourcePoints.forEach((source, point) => array.set(from.subarray(source * width, (source + 1) * width), point * width));
+        return [name, like(accessor, array).setSparse(accessor.getSparse())];
+      })));
+      const container = new PatchContainer(graph).fill(bytes,
+        attributes.map(({ name, uniqueId, type, componentCount, normalized }) => ({ name, uniqueId, type, componentCount, normalized })), buffer);
+      const replace = (holder, name, accessor) => {
+        replaced.add(holder.getAttribute(name));
+        holder.setAttribute(name, accessor);
+      };
+      for (const primitive of primitives) {
+        replaced.add(primitive.getIndices());
+        primitive.setIndices(made_indices).setExtension(kExtensionName, container);
+        for (const name of Object.keys(made)) replace(primitive, name, made[name]);
+        primitive.listTargets().forEach((target, t) => Object.keys(made_targets[t]).forEach((name) => replace(target, name, made_targets[t][name])));
+      }
+    });
+    for (const accessor of replaced)
+      if (accessor !== null && accessor.listParents().every(({ propertyType }) => propertyType === PropertyType.ROOT)) accessor.dispose();
+  }
+  return psplit;
+}

@@ -4,7 +4,7 @@ import { decode_alone, decode_arriving, decode_as_helper, decode_as_lead } from 
 import { PsplitError } from './error.js';
 import { kArrays, kSemantics, kTypes } from './types.js';
 
-const kStatusInvalid = 3, kStatusUnsupported = 5;
+const kStatusUsage = 1, kStatusInvalid = 3, kStatusUnsupported = 5;
 
 // An instance that holds more memory than this is dropped when it had no work for a while. Memory of WebAssembly never
 // shrinks, and new memory costs time at its first use.
@@ -12,11 +12,13 @@ const kMostKeptBytes = 64 * 1024 * 1024, kKeptMs = 2000;
 
 export class Instance {
   #exports;
+  #what;
   #broken = false;
 
-  /** @param {WebAssembly.Module} module */
-  constructor(module) {
-    this.#exports = new WebAssembly.Instance(module, {}).exports;
+  /** @param {WebAssembly.Module} module @param {object} [imports] @param {string} [what] for messages */
+  constructor(module, imports = {}, what = 'decoder') {
+    this.#exports = new WebAssembly.Instance(module, imports).exports;
+    this.#what = what;
   }
 
   // A broken instance must not be used any more.
@@ -80,14 +82,17 @@ export class Instance {
   }
   // Calls use(). A trap of the module breaks the instance.
   guarded(use) {
+    return Instance.guarded_as(this.#what, use, () => (this.#broken = true));
+  }
+  static guarded_as(what, use, on_failure = () => {}) {
     try {
       return use();
     } catch (error) {
       if (error instanceof PsplitError) throw error;
-      this.#broken = true;
+      on_failure();
       const is_memory = error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
-      throw is_memory ? new PsplitError(`the decoder has not enough memory (${error.message})`, 'out-of-memory')
-        : new PsplitError(`the decoder failed: ${error.message}`, 'failed');
+      throw is_memory ? new PsplitError(`the ${what} has not enough memory (${error.message})`, 'out-of-memory')
+        : new PsplitError(`the ${what} failed: ${error.message}`, 'failed');
     }
   }
 
@@ -110,7 +115,7 @@ export class Instance {
   }
   #allocate(bytes) {
     const at = this.#exports.allocate(bytes) >>> 0;
-    if (at === 0) throw new PsplitError('the decoder has not enough memory', 'out-of-memory');
+    if (at === 0) throw new PsplitError(`the ${this.#what} has not enough memory`, 'out-of-memory');
     return at;
   }
   // A new array of what write(address) writes.
@@ -130,7 +135,7 @@ export class Instance {
     const [code, patch, at, length] = this.#words(this.#exports.last_error(), 4);
     const message = new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, at, length));
     return new PsplitError(message,
-      code === kStatusInvalid ? 'invalid-input' : code === kStatusUnsupported ? 'unsupported' : 'failed',
+      code === kStatusInvalid || code === kStatusUsage ? 'invalid-input' : code === kStatusUnsupported ? 'unsupported' : 'failed',
       patch === 0xffffffff ? undefined : patch);
   }
 }

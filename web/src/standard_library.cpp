@@ -1,11 +1,14 @@
 // The functions of the C and C++ libraries that the module needs. The libraries themselves would bring in
 // files, and with them imports.
+#include <charconv>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <unordered_map>
 
 // The compiler must not turn these loops into calls of themselves.
 #define PSPLIT_NO_BUILTIN [[clang::no_builtin]]
@@ -57,4 +60,51 @@ std::string std::to_string(unsigned long long value) { return to_string(static_c
 std::string std::to_string(int value) {
   return value < 0 ? "-" + std::to_string(0u - static_cast<unsigned>(value))
                    : std::to_string(static_cast<unsigned>(value));
+}
+std::string std::to_string(long long value) { return to_string(static_cast<int>(value)); }
+
+// A module has no clock: its caller measures.
+std::chrono::steady_clock::time_point std::chrono::steady_clock::now() noexcept { return {}; }
+
+// The number of buckets of a hash table: a prime, and at least `least`.
+size_t std::__next_prime(size_t least) {
+  const auto is_prime = [](size_t number) {
+    for (size_t divisor = 2; divisor <= number / divisor; ++divisor)
+      if (number % divisor == 0) return false;
+    return number > 1;
+  };
+  while (!is_prime(least)) ++least;
+  return least;
+}
+
+// Of messages: positive numbers with up to 9 digits, without an exponent above 1e-5 and below 1e9.
+std::to_chars_result std::to_chars(char* first, char*, double value, std::chars_format, int precision) {
+  const auto put = [&](const char* text) {
+    while (*text != 0) *first++ = *text++;
+  };
+  if (!(value > 0 && value < 1e300))
+    return put(value == 0 ? "0" : "not a number"), std::to_chars_result{first, {}};
+  int exponent = 0;
+  for (; value >= 10; value /= 10) ++exponent;
+  for (; value < 1; value *= 10) --exponent;
+  unsigned unit = 1;
+  for (int i = 1; i < precision; ++i) unit *= 10;
+  auto digits = static_cast<unsigned>(value * unit + 0.5);
+  if (digits >= 10 * unit) digits /= 10, ++exponent;
+  while (digits % 10 == 0 && unit > 1) digits /= 10, unit /= 10;
+  const bool is_plain = exponent > -5 && exponent < 9;
+  if (is_plain && exponent < 0) {
+    put("0.");
+    for (int i = exponent + 1; i < 0; ++i) put("0");
+  }
+  for (int place = is_plain ? exponent : 0; unit > 0 || (is_plain && place >= 0); --place) {
+    if (place == -1 && !(is_plain && exponent < 0)) put(".");
+    *first++ = static_cast<char>('0' + (unit > 0 ? digits / unit % 10 : 0));
+    unit /= 10;
+  }
+  if (!is_plain) {
+    put(exponent < 0 ? "e-" : "e");
+    put(std::to_string(exponent < 0 ? -exponent : exponent).c_str());
+  }
+  return {first, {}};
 }

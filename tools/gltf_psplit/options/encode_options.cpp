@@ -19,8 +19,6 @@
 namespace psplit {
 namespace {
 
-// Four patches keep four threads busy, at less than a third of the cost of 16 patches.
-constexpr uint64_t kMostPatchesForSize = 4;
 // Patches of 440 faces already take over a third more bytes than one stream (docs/benchmarks.md).
 constexpr uint64_t kLeastPatchFaces = 440;
 

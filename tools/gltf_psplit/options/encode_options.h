@@ -16,10 +16,6 @@ class App;
 
 namespace psplit {
 
-// Faces of a patch with --profile speed. On one thread and on several, patches of this size decode fastest
-// (docs/benchmarks.md).
-inline constexpr uint64_t kSpeedPatchFaces = 4800;
-
 struct EncodeArguments {
   std::string profile, gpu, volume = "mesh", compat = "none";
   EncodeDocumentOptions options;

@@ -1,0 +1,102 @@
+// psplit/encode: encodes meshes as containers of patches. The bytes are those of `gltf-psplit encode`.
+import { compile_file } from './compile.js';
+import { encode_job, encode_meshes } from './encode_job.js';
+import { job_runner, node_worker, page_worker, wasm_file } from './encode_files.js';
+import { PsplitError } from './error.js';
+import { check_signal } from './job.js';
+import { Workers } from './workers.js';
+
+export { PsplitError } from './error.js';
+
+const configured = { wasm: undefined, worker: undefined };
+let shared;
+
+const compile = (wasm) => compile_file(wasm ?? configured.wasm, { name: 'psplit_encoder.wasm', file: wasm_file, has: 'choose_codings' });
+// The default module. A failure is not kept: the next call tries again.
+function shared_module() {
+  const compiling = (shared ??= compile().catch((error) => {
+    if (shared === compiling) shared = undefined;
+    throw error;
+  }));
+  return compiling;
+}
+
+export function configure(options) {
+  const { wasm, worker } = options ?? {};
+  Object.assign(configured, { wasm, worker });
+  shared = undefined;
+}
+
+export async function encodeMeshes(meshes, options) {
+  const { signal, onProgress } = options ?? {}, job = encode_job(meshes, options);
+  check_signal(signal);
+  const module = await shared_module();
+  if (signal?.aborted) throw new PsplitError('aborted', 'aborted');
+  return encode_meshes(module, job, onProgress);
+}
+export async function encodeMesh(mesh, options) {
+  return (await encodeMeshes([mesh], options))[0];
+}
+
+const kEncoders = { job_runner, node_worker, page_worker, does: 'encodes', worker: () => configured.worker,
+  load: (wasm) => (wasm == null ? shared_module() : compile(wasm)) };
+
+// A job of an encoder: see Task of task.js. One worker does it.
+class EncodeTask {
+  members = [];
+  most = 1;
+  source = undefined;
+  #job;
+  #transfer;
+  #on_progress;
+
+  constructor(id, job, { onProgress, transfer = false }) {
+    this.id = id;
+    this.#job = job;
+    this.#on_progress = onProgress;
+    this.#transfer = transfer;
+  }
+
+  // The worker gets copies, or the arrays themselves if it may take them.
+  messages() {
+    const buffers = new Set();
+    const own = (array) => {
+      if (array === undefined) return undefined;
+      const { buffer, byteLength } = array, is_whole = buffer instanceof ArrayBuffer && buffer.byteLength === byteLength;
+      const given = this.#transfer && is_whole ? array : array.slice();
+      buffers.add(given.buffer);
+      return given;
+    };
+    const meshes = this.#job.meshes.map(({ indices, distinct, attributes, ...rest }) => ({ ...rest, indices: own(indices),
+      distinct: own(distinct), attributes: attributes.map((attribute) => ({ ...attribute, array: own(attribute.array) })) }));
+    return [[{ id: this.id, job: { ...this.#job, meshes } }, [...buffers]]];
+  }
+  progress(_, done, total) {
+    this.#on_progress?.(done, total);
+  }
+  complete() {}
+}
+
+class Encoder {
+  #workers;
+
+  constructor(options) {
+    this.#workers = new Workers({ workers: 1, ...options }, kEncoders);
+  }
+
+  async ready() {
+    await this.#workers.load();
+  }
+  async encodeMeshes(meshes, options) {
+    const job = encode_job(meshes, options);
+    return this.#workers.add((id) => new EncodeTask(id, job, options ?? {}), options?.signal);
+  }
+  async encodeMesh(mesh, options) {
+    return (await this.encodeMeshes([mesh], options))[0];
+  }
+  dispose() {
+    this.#workers.dispose();
+  }
+}
+
+export const createEncoder = (options) => new Encoder(options);
