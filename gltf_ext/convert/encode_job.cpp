@@ -72,6 +72,7 @@ EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   result.order = options.order;
   result.boxes = options.boxes;
   result.encode_speed = options.encode_speed;
+  result.choose_by_bytes = options.choose_by_bytes;
   result.by_libdraco = options.by_libdraco;
   result.keep_duplicates = options.keep_duplicates;
   result.drop_degenerate = !options.keep_degenerate;
