@@ -49,6 +49,9 @@ struct EncodeOptions {
   // about as at speed 0. Any Draco decoder reads the streams. libdraco cannot choose so: no effect with
   // by_libdraco.
   bool choose_by_bytes = false;
+  // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
+  // Condensed, some meshes then take fewer bytes, although their Draco streams take more.
+  bool in_creation_order = false;
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses

@@ -23,7 +23,8 @@ inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const Patch
                                            std::span<const AttributeCoding> codings,
                                            const EncodeOptions& options, bool with_values) {
   if (options.by_libdraco) return encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
-  if (options.choose_by_bytes) return encode_smallest_stream(welded, patch, codings, with_values);
+  if (options.choose_by_bytes)
+    return encode_smallest_stream(welded, patch, codings, with_values, options.in_creation_order);
   return encode_stream(welded, patch, codings, options.encode_speed, with_values);
 }
 

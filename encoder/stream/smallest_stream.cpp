@@ -20,6 +20,8 @@ using core::Coding, core::Scheme;
 
 // One level of each kind that the symbol encoder distinguishes.
 constexpr std::array<int, 5> kLevels = {0, 4, 6, 8, 10};
+// The one of speed 5.
+constexpr size_t kUsualLevel = 1;
 using LevelBytes = std::array<size_t, kLevels.size()>;
 
 // A way to code an attribute, and the bytes that it takes.
@@ -37,8 +39,8 @@ struct Tried {
   AttributeFields fields;
 
   size_t best_at(size_t level) const {
-    const auto bytes = [&](const Choice& choice) { return choice.bytes[level]; };
-    return static_cast<size_t>(std::ranges::min_element(choices, {}, bytes) - choices.begin());
+    const auto is_less = [&](const Choice& a, const Choice& b) { return a.bytes[level] < b.bytes[level]; };
+    return static_cast<size_t>(std::min_element(choices.begin(), choices.end(), is_less) - choices.begin());
   }
 };
 
@@ -47,8 +49,8 @@ class WalkByDegree {
  public:
   core::Fault walk(const core::Group<uint32_t>& positions, uint32_t face_count) {
     const uint32_t vertices = positions.table.vertex_count;
-    const size_t size = core::Sequence<uint32_t>::bytes(vertices) +
-                        core::traverse_bytes<uint32_t>(true, face_count, vertices);
+    const size_t size =
+        core::Sequence<uint32_t>::bytes(vertices) + core::traverse_bytes<uint32_t>(true, face_count, vertices);
     memory_.reset(new uint8_t[size]);
     core::Arena arena(memory_.get(), size);
     if (!sequence_.allocate(vertices, arena)) return core::Fault::kWorkspace;
@@ -64,14 +66,15 @@ class WalkByDegree {
 class SmallestAttributes {
  public:
   SmallestAttributes(const WeldedMesh& welded, const PatchMesh& patch, std::span<const AttributeCoding> codings,
-                     const EncodedConnectivity& connectivity)
+                     const EncodedConnectivity& connectivity, bool in_creation_order)
       : welded_(welded),
         patch_(patch),
         codings_(codings),
         groups_(connectivity.patch.groups.data(), connectivity.patch.groups.size()),
         source_{welded, codings, patch.points},
         encoder_(source_, false, groups_, connectivity.point_of_corner),
-        face_count_(connectivity.patch.face_count) {}
+        face_count_(connectivity.patch.face_count),
+        in_creation_order_(in_creation_order) {}
 
   // Sets the level of symbols as well.
   Expected<EncodedAttributes> choose(int& symbol_level) {
@@ -88,7 +91,7 @@ class SmallestAttributes {
       if (!all) return all.status();
       tried.push_back(std::move(*all));
     }
-    const size_t level = best_level(tried);
+    const size_t level = in_creation_order_ ? kUsualLevel : best_level(tried);
     symbol_level = kLevels[level];
     for (size_t i = 0; i < tried.size(); ++i) {
       AttributePlan& plan = out.plans[i];
@@ -122,15 +125,18 @@ class SmallestAttributes {
 
   // All that is possible for one attribute. What libdraco's encoder would refuse is not.
   Expected<Tried> try_all(AttributePlan& plan, const AttributePlan& positions) {
-    const std::vector<Scheme> schemes =
-        possible_schemes(plan, texture_bits(plan), positions, [&](size_t texcoords) {
-          return texture_prediction_may_overflow(welded_, patch_, codings_, texcoords);
-        });
+    std::vector<Scheme> schemes = possible_schemes(plan, texture_bits(plan), positions, [&](size_t texcoords) {
+      return texture_prediction_may_overflow(welded_, patch_, codings_, texcoords);
+    });
+    const bool is_created = in_creation_order_ && &plan == &positions;
+    if (is_created) std::erase(schemes, Scheme::kConstrainedMultiParallelogram);
+    const bool has_walks =
+        !is_created && plan.description.coding != Coding::kRaw && !groups_[plan.group].per_corner;
     Tried tried;
     size_t fewest = 0;
     Status refused;
     for (const bool by_degree : {false, true}) {
-      if (by_degree && (plan.description.coding == Coding::kRaw || groups_[plan.group].per_corner)) break;
+      if (by_degree && !has_walks) break;
       plan.by_degree = by_degree;
       const core::Group<uint32_t> group = group_of(plan);
       if (Status status = encoder_.take(plan, group); !status.ok()) return status;
@@ -144,7 +150,7 @@ class SmallestAttributes {
         Choice choice{scheme, by_degree, {}};
         for (size_t level = 0; level < kLevels.size(); ++level)
           choice.bytes[level] = attribute_bytes(plan, *fields, kLevels[level]);
-        const size_t bytes = *std::ranges::min_element(choice.bytes);
+        const size_t bytes = *std::min_element(choice.bytes.begin(), choice.bytes.end());
         if (tried.choices.empty() || bytes < fewest) {
           fewest = bytes;
           tried.kept = tried.choices.size();
@@ -168,7 +174,7 @@ class SmallestAttributes {
     for (const Tried& of_attribute : tried)
       for (size_t level = 0; level < sums.size(); ++level)
         sums[level] += of_attribute.choices[of_attribute.best_at(level)].bytes[level];
-    return static_cast<size_t>(std::ranges::min_element(sums) - sums.begin());
+    return static_cast<size_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
   }
 
   const WeldedMesh& welded_;
@@ -178,6 +184,7 @@ class SmallestAttributes {
   const AttributeSource source_;
   AttributeEncoder encoder_;
   const uint32_t face_count_;
+  const bool in_creation_order_;
   WalkByDegree by_degree_;
 };
 
@@ -200,7 +207,8 @@ std::vector<Scheme> possible_schemes(const AttributePlan& plan, int texture_bits
                                      const AttributePlan& positions,
                                      const std::function<bool(size_t)>& texture_may_overflow) {
   const core::Attribute<uint32_t>& description = plan.description;
-  const bool are_integers = positions.description.coding != Coding::kRaw && positions.description.components == 3;
+  const bool are_integers =
+      positions.description.coding != Coding::kRaw && positions.description.components == 3;
   std::vector<Scheme> schemes = {Scheme::kNone};
   if (description.coding == Coding::kRaw) return schemes;
   schemes.push_back(Scheme::kDifference);
@@ -239,16 +247,18 @@ size_t attribute_bytes(const AttributePlan& plan, const AttributeFields& fields,
 }
 
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,
-                                              std::span<const AttributeCoding> codings, bool with_values) {
+                                              std::span<const AttributeCoding> codings, bool with_values,
+                                              bool in_creation_order) {
   // The fields of a valence traversal have those of a standard one as well.
   Expected<EncodedConnectivity> connectivity = connect_patch(welded, patch, {.valence = true});
   if (!connectivity) return connectivity.status();
   int symbol_level = 0;
   Expected<EncodedAttributes> attributes =
-      SmallestAttributes(welded, patch, codings, *connectivity).choose(symbol_level);
+      SmallestAttributes(welded, patch, codings, *connectivity, in_creation_order).choose(symbol_level);
   if (!attributes) return attributes.status();
-  Expected<std::vector<uint8_t>> bytes = write_stream(*connectivity, std::move(*attributes),
-                                                      is_valence_smaller(connectivity->fields), symbol_level);
+  const bool is_valence = !in_creation_order && is_valence_smaller(connectivity->fields);
+  Expected<std::vector<uint8_t>> bytes =
+      write_stream(*connectivity, std::move(*attributes), is_valence, symbol_level);
   if (!bytes) return bytes.status();
   return describe_stream(welded, *connectivity, std::move(*bytes), with_values);
 }

@@ -1,5 +1,5 @@
-// Encodes one patch, or a whole mesh, as the Edgebreaker stream of fewest bytes: by choices that a Draco decoder
-// understands, and that libdraco's encoder makes by its speed (encode_stream.h).
+// Encodes one patch, or a whole mesh, as the Edgebreaker stream of fewest bytes: by choices that a Draco
+// decoder understands, and that libdraco's encoder makes by its speed (encode_stream.h).
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,18 @@ namespace psplit {
 //   of the stream          the levels of libdraco's symbol encoder, which all attributes share
 //
 // So it takes at most the bytes of any speed below kSpeedOfOneTable.
+//
+// in_creation_order is for streams that are to be condensed: POSITION has only the schemes that condensed
+// streams code in order of creation, on the walk depth first. The traversal and the level are those of speed 5:
+// condensed streams do not depend on them, and share what is the same in all.
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                               std::span<const AttributeCoding> codings,
-                                              bool with_values = false);
+                                              bool with_values = false, bool in_creation_order = false);
 
-// The prediction schemes that a Draco decoder understands for an attribute, those that it decodes fastest first.
-// Normals on an octahedral grid keep their transform. Texture coordinates and normals are predicted from
-// positions whose numbers are integers. `texture_bits` are those of texture coordinates; texture_may_overflow as
-// for plan_attributes.
+// The prediction schemes that a Draco decoder understands for an attribute, those that it decodes fastest
+// first. Normals on an octahedral grid keep their transform. Texture coordinates and normals are predicted from
+// positions whose numbers are integers. `texture_bits` are those of texture coordinates; texture_may_overflow
+// as for plan_attributes.
 std::vector<core::Scheme> possible_schemes(const AttributePlan& plan, int texture_bits,
                                            const AttributePlan& positions,
                                            const std::function<bool(size_t)>& texture_may_overflow);

@@ -1,5 +1,5 @@
-// The steps of encoding one patch as an Edgebreaker stream, whatever makes the choices: a speed (encode_stream.h)
-// or the bytes (smallest_stream.h).
+// The steps of encoding one patch as an Edgebreaker stream, whatever makes the choices: a speed
+// (encode_stream.h) or the bytes (smallest_stream.h).
 #pragma once
 
 #include <cstdint>

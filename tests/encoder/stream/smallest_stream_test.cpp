@@ -1,4 +1,5 @@
-// The smallest streams are ordinary Draco streams of the same meshes, and no larger than those of libdraco's choices.
+// The smallest streams are ordinary Draco streams of the same meshes, and no larger than those of libdraco's
+// choices.
 #include "encoder/stream/smallest_stream.h"
 
 #include <gtest/gtest.h>
@@ -59,6 +60,18 @@ void count_choices(std::span<const uint8_t> bytes, SmallestCounts& counts) {
       ++(group == 0 ? counts.by_degree : counts.others_by_degree);
 }
 
+// A stream that is to be condensed allows its positions to be coded in order of creation.
+void expect_created_positions(const WeldedMesh& welded, const PatchMesh& patch,
+                              const std::vector<AttributeCoding>& codings, size_t fewest,
+                              std::span<const uint8_t> usual) {
+  const EncodedPatch created = must(encode_smallest_stream(welded, patch, codings, false, true));
+  EXPECT_GE(created.bytes.size(), fewest);
+  EXPECT_LE(created.bytes.size(), usual.size());
+  EXPECT_TRUE(decode_with_libdraco(created.bytes) == decode_with_libdraco(usual));
+  const core::SkeletonAttribute positions = must(read_fields(created.bytes)).attributes[0].skeleton;
+  EXPECT_TRUE(positions.is_raw() || positions.allows_creation_order());
+}
+
 void expect_smallest(const WeldedMesh& welded, const PatchMesh& patch,
                      const std::vector<AttributeCoding>& codings, SmallestCounts& counts) {
   const Expected<EncodedPatch> usual = encode_stream(welded, patch, codings, 5, true);
@@ -80,6 +93,7 @@ void expect_smallest(const WeldedMesh& welded, const PatchMesh& patch,
     EXPECT_EQ(smallest->decoded.attributes[i].values, usual->decoded.attributes[i].values);
   expect_same_mesh(smallest->bytes, usual->bytes);
   count_choices(smallest->bytes, counts);
+  expect_created_positions(welded, patch, codings, smallest->bytes.size(), usual->bytes);
   ++counts.streams;
   if (smallest->bytes.size() < usual->bytes.size()) ++counts.smaller;
 }
