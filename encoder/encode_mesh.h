@@ -42,8 +42,16 @@ struct EncodeOptions {
   PatchOrder order{};
   // Store the box of each patch: 6 bytes each, and 28 of a mesh. A viewer chooses by them what it shows first.
   bool boxes = false;
-  int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
-  bool by_libdraco = false;      // libdraco encodes the patches, for reference: to the same bytes, in more time
+  int encode_speed = 5;  // 0 (fewest bytes for most meshes) to 10 (fastest), libdraco's scale for its speeds
+  bool by_libdraco = false;  // libdraco encodes the patches, for reference: to the same bytes, in more time
+  // Each stream gets the fewest bytes that one of Draco's predictions gives it, in place of what encode_speed
+  // chooses: they are tried for each attribute of each patch. Encoding takes longer, and so does decoding,
+  // about as at speed 0. Any Draco decoder reads the streams. libdraco cannot choose so: no effect with
+  // by_libdraco.
+  bool choose_by_bytes = false;
+  // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
+  // Condensed, some meshes then take fewer bytes, although their Draco streams take more.
+  bool in_creation_order = false;
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses

@@ -7,26 +7,34 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/draco/patch_stream.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/sequential_stream.h"
+#include "encoder/stream/smallest_stream.h"
 #include "encoder/welding/weld.h"
 #include "src/status.h"
 
 namespace psplit {
 
+// What the options say about one stream: encode_speed, by_libdraco and choose_by_bytes.
+
 // Edgebreaker streams.
 inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const PatchMesh& patch,
-                                           std::span<const AttributeCoding> codings, int encode_speed,
-                                           bool by_libdraco, bool with_values) {
-  return (by_libdraco ? encode_edgebreaker : encode_stream)(welded, patch, codings, encode_speed, with_values);
+                                           std::span<const AttributeCoding> codings,
+                                           const EncodeOptions& options, bool with_values) {
+  if (options.by_libdraco) return encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
+  if (options.choose_by_bytes)
+    return encode_smallest_stream(welded, patch, codings, with_values, options.in_creation_order);
+  return encode_stream(welded, patch, codings, options.encode_speed, with_values);
 }
 
-// Sequential streams.
+// Sequential streams. Their only prediction is the difference, so bytes have no choice.
 inline Expected<std::vector<uint8_t>> encode_in_order(const WeldedMesh& welded, const PatchMesh& patch,
                                                       std::span<const AttributeCoding> codings,
-                                                      int encode_speed, bool by_libdraco) {
-  if (by_libdraco) return encode_sequential(welded, patch, codings, encode_speed);
-  return write_sequential_stream({welded, codings, patch.points_of_values()}, patch.faces, encode_speed);
+                                                      const EncodeOptions& options) {
+  if (options.by_libdraco) return encode_sequential(welded, patch, codings, options.encode_speed);
+  return write_sequential_stream({welded, codings, patch.points_of_values()}, patch.faces,
+                                 options.encode_speed);
 }
 
 }  // namespace psplit

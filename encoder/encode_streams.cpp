@@ -27,8 +27,7 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   pool.for_each(patch_count, [&](size_t i) {
     const PatchMesh patch =
         ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
-    Expected<EncodedPatch> encoded =
-        encode_patch(welded, patch, codings, options.encode_speed, options.by_libdraco, with_values);
+    Expected<EncodedPatch> encoded = encode_patch(welded, patch, codings, options, with_values);
     if (!encoded) {
       statuses[i] = encoded.status().at({.patch = static_cast<int64_t>(i)});
       return;
@@ -137,8 +136,7 @@ Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residu
   statistics.residue_faces += residue.face_count;
   statistics.residue_points += residue.owned_count;
   if (residue.patch.points.empty()) return {};
-  Expected<std::vector<uint8_t>> bytes =
-      encode_in_order(welded, residue.patch, codings, options.encode_speed, options.by_libdraco);
+  Expected<std::vector<uint8_t>> bytes = encode_in_order(welded, residue.patch, codings, options);
   if (!bytes) return bytes.status();
   Mesh& decoded = streams.decoded.emplace_back();
   if (standalone) {

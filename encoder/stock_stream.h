@@ -23,11 +23,13 @@ struct StockStream {
 };
 
 // by_libdraco: libdraco encodes it, and decodes it again, to the same bytes and meshes in more time. A mesh
-// that Edgebreaker cannot encode becomes a sequential stream.
+// that Edgebreaker cannot encode becomes a sequential stream. choose_by_bytes: see EncodeOptions.
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed, bool by_libdraco = false);
+                                          int encode_speed, bool by_libdraco = false,
+                                          bool choose_by_bytes = false);
 // The same as a sequential stream, which keeps all faces and points, and their order.
 Expected<StockStream> encode_stock_sequential(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                              int encode_speed, bool by_libdraco = false);
+                                              int encode_speed, bool by_libdraco = false,
+                                              bool choose_by_bytes = false);
 
 }  // namespace psplit

@@ -113,8 +113,9 @@ struct DracoInput {
     int id = 0;
     for (size_t i : attribute_order(*welded.mesh)) {
       if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
-      if (draco_role(welded.mesh->attributes[i], codings[i]) == draco::GeometryAttribute::TEX_COORD &&
-          texture_prediction_may_overflow(welded, patch, codings, i, encode_speed))
+      if (encode_speed < kSpeedWithoutPositions && codings[i].bits > 0 &&
+          draco_role(welded.mesh->attributes[i], codings[i]) == draco::GeometryAttribute::TEX_COORD &&
+          texture_prediction_may_overflow(welded, patch, codings, i))
         encoder.options().SetAttributeInt(id, "prediction_scheme", draco::MESH_PREDICTION_PARALLELOGRAM);
       ++id;
     }

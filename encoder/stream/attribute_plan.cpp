@@ -18,28 +18,24 @@ Coding coding_of(const DracoLabel& label, const AttributeCoding& coding) {
   return label.semantic == DracoSemantic::kNormal ? Coding::kNormal : Coding::kQuantized;
 }
 
-// Whether libdraco predicts texture coordinates of this many bits from these positions.
-bool predicts_texture(const AttributePlan& positions, int texture_bits) {
-  constexpr int kMostBits = 21, kMostProductBits = 63;
-  if (positions.description.coding == Coding::kInteger) return true;
-  const int bits = positions.description.bits;
-  return positions.description.coding == Coding::kQuantized && bits <= kMostBits &&
-         2 * bits + texture_bits <= kMostProductBits;
+// Whether values are integers of which products can be made.
+bool has_steps(const AttributePlan& plan) {
+  return plan.description.coding == Coding::kInteger || plan.description.coding == Coding::kQuantized;
 }
 
 // The numbers are libdraco's choices by speed. `bits`: those that were asked for, also for integers.
 Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& positions,
                      const StreamTraits& traits, const std::function<bool(size_t)>& texture_may_overflow) {
-  constexpr int kFastest = 10, kFromPositions = 4, kByDifference = 8, kOneParallelogram = 2;
+  constexpr int kFastest = 10, kByDifference = 8, kOneParallelogram = 2;
   constexpr uint32_t kFewPoints = 40;
   if (plan.description.coding == Coding::kRaw) return Scheme::kNone;
   // Without a corner table, whatever was chosen becomes a difference.
   if (traits.speed >= kFastest || traits.is_sequential) return Scheme::kDifference;
   const auto semantic = static_cast<DracoSemantic>(plan.description.semantic);
-  const bool from_positions = traits.speed < kFromPositions;
+  const bool from_positions = traits.speed < kSpeedWithoutPositions;
   if (semantic == DracoSemantic::kTexCoord && plan.description.components == 2 && bits > 0 && from_positions) {
     if (texture_may_overflow(plan.source)) return Scheme::kParallelogram;
-    if (predicts_texture(positions, bits)) return Scheme::kTexCoords;
+    if (has_steps(positions) && predicts_texture(positions.description.bits, bits)) return Scheme::kTexCoords;
   }
   if (semantic == DracoSemantic::kNormal)
     return from_positions && plan.description.coding == Coding::kNormal &&
@@ -93,6 +89,7 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const Att
     AttributePlan& plan = plans.emplace_back();
     plan.source = i;
     if (has_groups && label.semantic != DracoSemantic::kPosition) plan.group = next_group++;
+    plan.by_degree = plan.group == 0 && !traits.is_sequential && traits.speed == kSpeedByDegree;
     core::Attribute<uint32_t>& description = plan.description;
     description.semantic = static_cast<uint8_t>(label.semantic);
     description.type = label.type;
@@ -159,14 +156,14 @@ void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out) {
     out.push_back(description.bits);
 }
 
-std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, int speed, bool is_valence,
+std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, bool is_valence,
                                           std::span<const uint8_t> has_seams) {
   // The version, a mesh, Edgebreaker, and flags of which none is set.
   std::vector<uint8_t> out = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0};
   constexpr uint8_t kStandard = 0, kValence = 2, kDepthFirst = 0, kPredictionDegree = 1;
   out.push_back(is_valence ? kValence : kStandard);
   out.push_back(static_cast<uint8_t>(has_seams.size()));
-  const bool is_one_group = speed >= kSpeedOfOneTable;
+  const bool is_one_group = has_seams.empty();
   const size_t group_count = is_one_group ? 1 : plans.size(), group_size = is_one_group ? plans.size() : 1;
   out.push_back(static_cast<uint8_t>(group_count));
   constexpr uint8_t kNoData = 0xff;
@@ -174,7 +171,7 @@ std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, 
     const uint32_t group = plans[i].group;
     out.push_back(group == 0 ? kNoData : static_cast<uint8_t>(group - 1));
     out.push_back(group == 0 || has_seams[group - 1] == 0 ? 0 : 1);  // whether it has a table of its own
-    out.push_back(group == 0 && speed == 0 ? kPredictionDegree : kDepthFirst);
+    out.push_back(plans[i].by_degree ? kPredictionDegree : kDepthFirst);
   }
   const auto group_of = [&](size_t group) { return plans.subspan(group * group_size, group_size); };
   for (size_t group = 0; group < group_count; ++group) {

@@ -40,6 +40,19 @@ struct StreamTraits {
 
 // The speed from which on Edgebreaker cuts the mesh at all seams, and attributes share a table and a group.
 inline constexpr int kSpeedOfOneTable = 6;
+// The speed from which on nothing is predicted from positions.
+inline constexpr int kSpeedWithoutPositions = 4;
+
+// The only speed at which the group of POSITION is walked by prediction degree.
+inline constexpr int kSpeedByDegree = 0;
+
+// Whether libdraco predicts texture coordinates of this many bits from positions of these. Positions without
+// bits are integers.
+constexpr bool predicts_texture(int position_bits, int texture_bits) {
+  constexpr int kMostBits = 21, kMostProductBits = 63;
+  return position_bits == 0 ||
+         (position_bits <= kMostBits && 2 * position_bits + texture_bits <= kMostProductBits);
+}
 
 // How an attribute is stored.
 struct AttributePlan {
@@ -50,6 +63,7 @@ struct AttributePlan {
   std::vector<float> origin;  // of kQuantized
   core::Scheme scheme = core::Scheme::kNone;
   core::Transform transform = core::Transform::kWrap;
+  bool by_degree = false;  // its group is walked by prediction degree, otherwise depth first
 
   bool is_predicted() const { return scheme != core::Scheme::kNone; }
 };
@@ -77,7 +91,7 @@ void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 // The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
 // data, which are the attributes behind the first at speeds below kSpeedOfOneTable, whether an edge is on a
 // seam of theirs; empty from that speed on.
-std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, int speed, bool is_valence,
+std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, bool is_valence,
                                           std::span<const uint8_t> has_seams);
 
 }  // namespace psplit

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "encoder/coding/octahedral_place.h"
 #include "encoder/coding/quantization.h"
-#include "src/core/octahedral.h"
 
 namespace psplit {
 namespace {
@@ -32,29 +32,6 @@ bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int3
     out += stride;
   }
   return fits;
-}
-
-// A direction as a place on an octahedral grid. All numbers are doubles, as in libdraco, except the components
-// of the direction: a product with the reciprocal of the sum, not a quotient; a half is added before a number
-// is rounded down.
-core::Vec2 octahedral_place(const core::OctahedralGrid& grid, const float (&direction)[3]) {
-  constexpr double kLeast = 1e-6;
-  const double length =
-      std::fabs(double{direction[0]}) + std::fabs(double{direction[1]}) + std::fabs(double{direction[2]});
-  double scaled[3] = {1, 0, 0};
-  if (length > kLeast) {
-    const double scale = 1.0 / length;
-    for (size_t k = 0; k < 3; ++k) scaled[k] = double{direction[k]} * scale;
-  }
-  const auto center = static_cast<double>(grid.center());
-  const auto whole = [&](double number) { return static_cast<int32_t>(std::floor(number * center + 0.5)); };
-  const int32_t x = whole(scaled[0]);
-  int32_t y = whole(scaled[1]), z = grid.center() - std::abs(x) - std::abs(y);
-  if (z < 0) {
-    y += y > 0 ? z : -z;
-    z = 0;
-  }
-  return grid.place_of(x, y, scaled[2] < 0 ? -z : z);
 }
 
 bool are_finite(const Attribute& source, std::span<const uint32_t> rows) {

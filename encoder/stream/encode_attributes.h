@@ -33,6 +33,41 @@ struct EncodedAttributes {
   std::vector<AttributeFields> fields;
 };
 
+// Encodes one attribute after the other, in the order of the stream.
+class AttributeEncoder {
+ public:
+  // `has_grids`: the plans' grids are final. For groups and point_of_corner see encode_attributes.
+  AttributeEncoder(const AttributeSource& source, bool has_grids, std::span<const core::Group<uint32_t>> groups,
+                   std::span<const uint32_t> point_of_corner)
+      : source_(source), has_grids_(has_grids), groups_(groups), point_of_corner_(point_of_corner) {}
+
+  // Takes the values of an attribute in the order of its group, and sets the grid of its plan. POSITION comes
+  // before what is predicted from it.
+  Status take(AttributePlan& plan, const core::Group<uint32_t>& group);
+  // The fields of the attribute that was taken last, with the scheme of the plan. May be called with one scheme
+  // after the other.
+  Expected<AttributeFields> correct(const AttributePlan& plan, const core::Group<uint32_t>& group) const;
+
+ private:
+  const Attribute& mesh_attribute(const AttributePlan& plan) const {
+    return source_.welded.mesh->attributes[plan.source];
+  }
+  // The mesh's row that has the value of a point.
+  uint32_t row_of(const AttributePlan& plan, uint32_t point) const {
+    return source_.welded.value_of_point[plan.source][source_.points[point]];
+  }
+  Status take_integers(const AttributePlan& plan, std::vector<int32_t>& values);
+
+  const AttributeSource& source_;
+  const bool has_grids_;
+  const std::span<const core::Group<uint32_t>> groups_;
+  const std::span<const uint32_t> point_of_corner_;
+  core::Attribute<uint32_t> attribute_, positions_;
+  std::vector<int32_t> values_, position_values_;
+  std::vector<uint32_t> rows_;
+  std::vector<uint8_t> raw_;
+};
+
 // `groups` have tables and sequences: one for all attributes, or that of POSITION and those of the others in
 // the order of the mesh (AttributePlan::group). point_of_corner has the part's point at each corner of their
 // tables. For texture_may_overflow see plan_attributes. Errors: those of correct_values and write_integers.

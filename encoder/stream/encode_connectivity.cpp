@@ -221,7 +221,7 @@ ConnectivityChoices choose_connectivity(int speed, uint64_t face_count) {
   constexpr uint64_t kFewFaces = 1000;
   return {.valence = speed < 5 && face_count >= kFewFaces,
           .one_table = speed >= kSpeedOfOneTable,
-          .by_degree = speed == 0};
+          .by_degree = speed == kSpeedByDegree};
 }
 
 Expected<EncodedConnectivity> encode_connectivity(const SourceMesh& mesh, const ConnectivityChoices& choices) {

@@ -1,106 +1,39 @@
 #include "encoder/stream/encode_stream.h"
 
-#include <algorithm>
-#include <bit>
 #include <utility>
 
-#include "encoder/stream/encode_attributes.h"
-#include "encoder/stream/encode_connectivity.h"
 #include "encoder/stream/patch_steps.h"
+#include "encoder/stream/stream_steps.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {
 
-// Numbers below their count, equal where `numbers` are equal. There are fewer than 2^30.
-std::vector<uint32_t> small_numbers(std::vector<uint32_t> numbers) {
-  if (std::ranges::all_of(numbers, [&](uint32_t number) { return number < numbers.size(); })) return numbers;
-  // For each number the first place that has it.
-  constexpr uint32_t kEmpty = ~uint32_t{0}, kFactor = 2654435769u;  // Fibonacci hashing
-  const size_t slot_count = std::bit_ceil(2 * numbers.size() + 2);
-  const int shift = 32 - std::countr_zero(slot_count);
-  std::vector<uint32_t> slots(slot_count, kEmpty), first(numbers.size());
-  for (uint32_t i = 0; i < numbers.size(); ++i) {
-    size_t at = numbers[i] * kFactor >> shift;
-    while (slots[at] != kEmpty && numbers[slots[at]] != numbers[i]) at = (at + 1) & (slot_count - 1);
-    if (slots[at] == kEmpty) slots[at] = i;
-    first[i] = slots[at];
-  }
-  return first;
-}
-
-// Seams are where the welded mesh has different values.
-Expected<EncodedConnectivity> connect(const WeldedMesh& welded, const PatchMesh& patch,
-                                      const ConnectivityChoices& choices) {
-  std::vector<std::vector<uint32_t>> values;
-  for (const size_t i : attribute_order(*welded.mesh)) {
-    std::vector<uint32_t>& rows = values.emplace_back(patch.points.size());
-    for (size_t p = 0; p < rows.size(); ++p) rows[p] = welded.value_of_point[i][patch.points[p]];
-  }
-  values[0] = small_numbers(std::move(values[0]));
-  const std::vector<std::span<const uint32_t>> spans(values.begin(), values.end());
-  return encode_connectivity({static_cast<uint32_t>(patch.points.size()), patch.faces, spans}, choices);
-}
-
 struct Written {
   EncodedConnectivity connectivity;
   std::vector<uint8_t> bytes;
 };
 
-Expected<Written> write_stream(const WeldedMesh& welded, const PatchMesh& patch,
-                               std::span<const AttributeCoding> codings, std::span<const DracoLabel> labels,
-                               int encode_speed) {
-  constexpr size_t kMostPoints = size_t{1} << 30;
-  if (patch.points.size() > kMostPoints)
-    return unsupported(std::to_string(patch.points.size()) + " points are too many for one stream");
+Expected<Written> encode_at_speed(const WeldedMesh& welded, const PatchMesh& patch,
+                                  std::span<const AttributeCoding> codings, std::span<const DracoLabel> labels,
+                                  int encode_speed) {
   const ConnectivityChoices choices = choose_connectivity(encode_speed, patch.faces.size());
-  Expected<EncodedConnectivity> connectivity = connect(welded, patch, choices);
+  Expected<EncodedConnectivity> connectivity = connect_patch(welded, patch, choices);
   if (!connectivity) return connectivity.status();
   const core::View<core::Group<uint32_t>> groups = connectivity->patch.groups;
   const StreamTraits traits{
       .speed = encode_speed, .point_count = static_cast<uint32_t>(patch.points.size()), .labels = labels};
   Expected<EncodedAttributes> attributes = encode_attributes(
       {welded, codings, patch.points}, traits,
-      [&](size_t texcoords) {
-        return texture_prediction_may_overflow(welded, patch, codings, texcoords, encode_speed);
-      },
+      [&](size_t texcoords) { return texture_prediction_may_overflow(welded, patch, codings, texcoords); },
       {groups.data(), groups.size()}, connectivity->point_of_corner);
   if (!attributes) return attributes.status();
 
-  std::vector<uint8_t> has_seams;
-  for (uint32_t group = 1; group < groups.size(); ++group) has_seams.push_back(groups[group].per_corner);
-  DracoFields& fields = connectivity->fields;
-  fields.skeleton = edgebreaker_skeleton(attributes->plans, encode_speed, choices.valence, has_seams);
-  fields.attributes = std::move(attributes->fields);
-  fields.symbol_level = symbol_level_of(encode_speed);
-  Expected<std::vector<uint8_t>> bytes = write_fields(fields);
+  Expected<std::vector<uint8_t>> bytes =
+      write_stream(*connectivity, std::move(*attributes), choices.valence, symbol_level_of(encode_speed));
   if (!bytes) return bytes.status();
   return Written{std::move(*connectivity), std::move(*bytes)};
-}
-
-// Faces and points in the order of the stream.
-void list_points(const EncodedConnectivity& connectivity, EncodedPatch& out) {
-  const core::Patch<uint32_t>& patch = connectivity.patch;
-  out.decoded.point_count = patch.point_count;
-  out.decoded.faces.resize(patch.face_count);
-  out.patch_point.resize(patch.point_count);
-  for (uint32_t i = 0; i < patch.face_count; ++i)
-    for (uint32_t k = 0; k < 3; ++k) {
-      const uint32_t corner = 4 * i + k, point = patch.point_at[corner];
-      out.decoded.faces[i][k] = point;
-      out.patch_point[point] = connectivity.point_of_corner[corner];
-    }
-}
-
-// Decodes a stream whose mesh is known except for its values.
-Status decode_values(const Mesh& mesh, EncodedPatch& out) {
-  Expected<Mesh> decoded = decode_stream(mesh, out.bytes);
-  if (!decoded) return decoded.status();
-  if (decoded->point_count != out.decoded.point_count || decoded->faces != out.decoded.faces)
-    return runtime_failure("an encoded stream decodes to another mesh");
-  out.decoded = std::move(*decoded);
-  return {};
 }
 
 }  // namespace
@@ -124,20 +57,15 @@ Expected<Mesh> decode_stream(const Mesh& mesh, std::span<const uint8_t> bytes) {
 Expected<EncodedPatch> encode_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                      std::span<const AttributeCoding> codings, int encode_speed,
                                      bool with_values) {
-  Expected<Written> written = write_stream(welded, patch, codings, {}, encode_speed);
+  Expected<Written> written = encode_at_speed(welded, patch, codings, {}, encode_speed);
   if (!written) return written.status();
-  EncodedPatch out;
-  out.bytes = std::move(written->bytes);
-  list_points(written->connectivity, out);
-  if (with_values)
-    if (Status status = decode_values(*welded.mesh, out); !status.ok()) return status;
-  return out;
+  return describe_stream(welded, written->connectivity, std::move(written->bytes), with_values);
 }
 
 Expected<LabelledStream> encode_labelled(const WeldedMesh& welded, const PatchMesh& patch,
                                          std::span<const AttributeCoding> codings,
                                          std::span<const DracoLabel> labels, int encode_speed) {
-  Expected<Written> written = write_stream(welded, patch, codings, labels, encode_speed);
+  Expected<Written> written = encode_at_speed(welded, patch, codings, labels, encode_speed);
   if (!written) return written.status();
   const core::Patch<uint32_t>& decoded = written->connectivity.patch;
   return LabelledStream{std::move(written->bytes), decoded.point_count, decoded.face_count};

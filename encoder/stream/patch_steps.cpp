@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "encoder/coding/quantization.h"
+#include "encoder/stream/attribute_plan.h"
 
 namespace psplit {
 namespace {
@@ -68,16 +69,15 @@ bool overflows(const Vector& tip, const Vector& n, const Vector& p, const Vector
 }  // namespace
 
 bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& patch,
-                                     std::span<const AttributeCoding> codings, size_t texcoords,
-                                     int encode_speed) {
+                                     std::span<const AttributeCoding> codings, size_t texcoords) {
   const Mesh& mesh = *welded.mesh;
   const auto positions = static_cast<size_t>(mesh.find("POSITION") - mesh.attributes.data());
-  // libdraco's own choice of this prediction.
-  const bool is_float = mesh.attributes[positions].component_type == ComponentType::kFloat32;
-  const int bits = is_float ? codings[positions].bits : 16, texture_bits = codings[texcoords].bits;
-  constexpr int kMostSpeed = 3, kMostBits = 21;
-  if (encode_speed > kMostSpeed || texture_bits == 0 || mesh.attributes[positions].component_count != 3 ||
-      (is_float && (bits == 0 || bits > kMostBits || 2 * bits + texture_bits > 63)))
+  constexpr int kBitsOfIntegers = 16;
+  const auto is_float = [&](size_t i) { return mesh.attributes[i].component_type == ComponentType::kFloat32; };
+  const auto bits_of = [&](size_t i) { return is_float(i) ? codings[i].bits : kBitsOfIntegers; };
+  const int bits = bits_of(positions), texture_bits = bits_of(texcoords);
+  if (texture_bits == 0 || mesh.attributes[positions].component_count != 3 ||
+      (is_float(positions) && (bits == 0 || !predicts_texture(bits, texture_bits))))
     return false;
   // Products of three steps, and a sum of three of them.
   if (2 * bits + std::max(bits, texture_bits) + 2 <= 63) return false;

@@ -11,12 +11,11 @@
 
 namespace psplit {
 
-// Whether libdraco's encoder would predict texture coordinates from positions with products that may exceed 64
-// bits. It then fails, or writes a stream that newer versions of its decoder refuse. That needs grids of many
-// bits, and edges about as long as the grid of positions. `texcoords` is the index of an attribute of the mesh
-// that has two components.
+// Whether texture coordinates that are predicted from positions (predicts_texture) have products that may
+// exceed 64 bits. libdraco's encoder then fails, or writes a stream that newer versions of its decoder refuse.
+// That needs grids of many bits, and edges about as long as the grid of positions. `texcoords` is the index of
+// an attribute of the mesh that has two components.
 bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& patch,
-                                     std::span<const AttributeCoding> codings, size_t texcoords,
-                                     int encode_speed);
+                                     std::span<const AttributeCoding> codings, size_t texcoords);
 
 }  // namespace psplit

@@ -47,6 +47,7 @@ struct EncodeDocumentOptions {
   PatchOrder order{};  // the order of each primitive's patches; with OutOfCoreOptions, of each part's
   bool boxes = false;  // store the box of each patch; not with Compat::kKhr
   int encode_speed = 5;
+  bool choose_by_bytes = false;  // in place of encode_speed; see EncodeOptions
   bool by_libdraco = false;      // libdraco encodes the streams, for reference: to the same bytes, in more time
   bool lossless = false;         // keep every attribute exactly
   bool keep_degenerate = false;  // keep faces that repeat an index

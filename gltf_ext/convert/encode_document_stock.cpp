@@ -21,8 +21,8 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
   pool.for_each(jobs.size(), [&](size_t i) {
     // Draco would drop the same faces and points, but would fit its grids to them.
     const ReducedMesh stored = reduce_job(jobs[i], pool);
-    Expected<StockStream> stream =
-        encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed, options.by_libdraco);
+    Expected<StockStream> stream = encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed,
+                                                       options.by_libdraco, options.choose_by_bytes);
     if (!stream) {
       jobs[i].status = stream.status();
       return;

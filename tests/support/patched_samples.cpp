@@ -36,9 +36,11 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
           if (const Expected<AttributeCoding> grid = fit_grid(attribute, 12)) coding = *grid;
         codings.push_back(std::move(coding));
       }
-      const int speed = static_cast<int>(made.size() % 11);
-      made.push_back(encode_sample(mesh.name + (lossless ? ", lossless" : ""), mesh.mesh, codings,
-                                   {.patch_count = 7, .encode_speed = speed, .verify = false}, pool));
+      // At each speed, and by bytes.
+      const int way = static_cast<int>(made.size() % 12), speed = way % 11;
+      made.push_back(encode_sample(
+          mesh.name + (lossless ? ", lossless" : ""), mesh.mesh, codings,
+          {.patch_count = 7, .encode_speed = speed, .choose_by_bytes = way != speed, .verify = false}, pool));
     }
   const Mesh fine = long_edges();
   for (const int bits : {17, 21, 22}) {

@@ -30,8 +30,8 @@ struct Triangle {
   static std::vector<AttributeCoding> codings(int bits, int texture_bits) {
     return {{bits, false, {0, 0, 0}, 1}, {texture_bits, false, {0, 0}, 1}};
   }
-  bool may_overflow(int bits, int texture_bits, int speed = 3) const {
-    return texture_prediction_may_overflow(welded, patch, codings(bits, texture_bits), kTexcoords, speed);
+  bool may_overflow(int bits, int texture_bits) const {
+    return texture_prediction_may_overflow(welded, patch, codings(bits, texture_bits), kTexcoords);
   }
 };
 
@@ -55,7 +55,6 @@ TEST(TexturePrediction, DoesNotOverflowIfItIsNotUsed) {
   const Triangle triangle(kDiagonal, kTexture);
   EXPECT_FALSE(triangle.may_overflow(0, 29));  // floats are not predicted from
   EXPECT_FALSE(triangle.may_overflow(21, 0));
-  EXPECT_FALSE(triangle.may_overflow(21, 12, 4));
   // libdraco has other predictions for these.
   EXPECT_FALSE(triangle.may_overflow(22, 12));
   EXPECT_FALSE(triangle.may_overflow(21, 22));

@@ -141,5 +141,25 @@ TEST_F(ExpandCommand, CondensingIsChosenByFlags) {
         "--condense excludes --no-condense");
 }
 
+TEST_F(ExpandCommand, TheProfileForSizeChoosesByBytes) {
+  const std::string input = sample("terrain", "20000");
+  const auto encoded = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--profile", "size", "-q"});
+    must_run(options);
+    return read_bytes(path("out.glb"));
+  };
+  const auto by_speed = encoded({"--encode-speed", "5"}), by_bytes = encoded({});
+  EXPECT_LT(by_bytes.size(), by_speed.size());
+  EXPECT_EQ(encoded({"--encoder", "draco"}), by_speed);  // libdraco chooses by speed alone
+  const auto condensed = encoded({"--condense"});
+  EXPECT_LT(condensed.size(), by_bytes.size());
+  EXPECT_LE(condensed.size(), encoded({"--condense", "--encode-speed", "5"}).size());
+  // What is condensed are Draco streams of the same mesh.
+  encoded({"--condense"});
+  must_run({"expand", path("out.glb"), path("expanded.glb"), "-q"});
+  must_run({"compare", path("out.glb"), path("expanded.glb"), "-q"});
+  must_run({"validate", path("expanded.glb"), "-q"});
+}
+
 }  // namespace
 }  // namespace psplit

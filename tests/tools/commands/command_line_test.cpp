@@ -75,6 +75,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"compare", "a.glb", "b.glb", "--format", "html"},
       {"compare", "a.glb", "b.glb", "--stock-speeds", "5"},
       {"compare", "a.glb", "b.glb", "--no-refine"},
+      {"compare", "a.glb", "b.glb", "--encoder", "psplit"},
       {"compare", "a.glb", "--lossless", "--quantize-position", "12"},
       {"encode", "a.glb", "b.glb", "--lossless", "--quantization-volume", "mesh"},
       {"generate", "a.glb", "--shape", "teapot"},

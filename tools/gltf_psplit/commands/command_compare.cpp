@@ -248,9 +248,10 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_coding_options(command, arguments->options.coding, false);
   add_partition_options(command, arguments->options.coding);
   // The options for measurements have no meaning for two assets.
-  for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",
-                           "--quantize-position", "--quantize-normal", "--quantize-texcoord",
-                           "--quantize-color", "--quantize-generic", "--distance", "--no-refine", "--condense"})
+  for (const char* name :
+       {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless", "--quantize-position",
+        "--quantize-normal", "--quantize-texcoord", "--quantize-color", "--quantize-generic", "--distance",
+        "--no-refine", "--condense", "--encoder"})
     command.get_option("B")->excludes(command.get_option(name));
   group_encode_options(command);
   command.get_option("--condense")->group("Patches");

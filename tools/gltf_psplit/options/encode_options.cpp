@@ -39,7 +39,8 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* profile = add_choice_option(
       command, "--profile", arguments.profile, {"speed", "balanced", "size"},
       "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
-      "30000 faces for larger primitives. size: at most 4 patches of a primitive, and with --condense "
+      "30000 faces for larger primitives. size: at most 4 patches of a primitive, the smallest of Draco's "
+      "predictions for each attribute of a patch, unless --encode-speed is given, and with --condense "
       "the smallest coding. speed: patches of "
       "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
       "override the profile");
@@ -350,12 +351,14 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_condense_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
                    "Do not check the result by decoding it and comparing it with the input");
-  return [&arguments, &command, patches, patch_faces] {
+  const CLI::Option* speed = command.get_option("--encode-speed");
+  return [&arguments, &command, patches, patch_faces, speed] {
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
     EncodeDocumentOptions& resolved = arguments.options;
     resolved.verify = !arguments.no_verify;
     resolved.condense = arguments.condense && !arguments.no_condense;
     resolved.condense_smallest = resolved.condense && arguments.profile == "size";
+    resolved.choose_by_bytes = arguments.profile == "size" && speed->empty() && !resolved.by_libdraco;
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
@@ -410,6 +413,7 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
   if (o.order.by != PatchOrder::By::kCut) described["order"] = {static_cast<int>(o.order.by), o.order.point};
   if (o.by_libdraco) described["encoder"] = "draco";
+  if (o.choose_by_bytes) described["choose_by_bytes"] = true;
   if (o.boxes) described["boxes"] = true;
   if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
   if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";

@@ -1,0 +1,29 @@
+// The steps of encoding one patch as an Edgebreaker stream, whatever makes the choices: a speed
+// (encode_stream.h) or the bytes (smallest_stream.h).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "encoder/stream/encode_attributes.h"
+#include "encoder/stream/encode_connectivity.h"
+#include "encoder/stream/patch_mesh.h"
+#include "encoder/welding/weld.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// The connectivity. Seams are where the welded mesh has different values. Errors: those of encode_connectivity,
+// and kUnsupported for too many points.
+Expected<EncodedConnectivity> connect_patch(const WeldedMesh& welded, const PatchMesh& patch,
+                                            const ConnectivityChoices& choices);
+
+// The bytes of the stream. The fields of the connectivity become whole: they get the attributes.
+Expected<std::vector<uint8_t>> write_stream(EncodedConnectivity& connectivity, EncodedAttributes attributes,
+                                            bool is_valence, int symbol_level);
+
+// What the stream decodes to. With `with_values`, it is decoded.
+Expected<EncodedPatch> describe_stream(const WeldedMesh& welded, const EncodedConnectivity& connectivity,
+                                       std::vector<uint8_t> bytes, bool with_values);
+
+}  // namespace psplit
