@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "encoder/coding/grid_places.h"
+#include "encoder/condensing/condense.h"
 #include "encoder/encode_parts.h"
 #include "encoder/encode_streams.h"
 #include "encoder/welding/reduce.h"
@@ -18,11 +19,9 @@ Expected<std::vector<uint8_t>> read_all(StoredBytes& bytes) {
   return read;
 }
 
-}  // namespace
-
-Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding> codings,
-                                  const EncodeOptions& options, const ThreadPool& pool,
-                                  Span<const std::byte> extra_point_data, size_t extra_stride) {
+Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCoding> codings,
+                                     const EncodeOptions& options, const ThreadPool& pool,
+                                     Span<const std::byte> extra_point_data, size_t extra_stride) {
   if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
   if (input.faces.empty()) return invalid_input("the mesh has no triangles");
   if (extra_point_data.size() != extra_stride * input.point_count)
@@ -66,6 +65,56 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
       return runtime_failure("verification: " + (opened ? "another directory" : opened.status().to_string()));
   }
   return encoded;
+}
+
+// What the streams take condensed, or as they are if that is less.
+uint64_t condensed_bytes(const EncodedMesh& encoded, const ThreadPool& pool) {
+  const auto fewest = [&](const PatchContainer& opened, uint64_t plain) {
+    const auto condensed = condense_container(opened, plain, /*smallest=*/true, pool);
+    return condensed ? uint64_t{condensed->bytes.size()} : plain;
+  };
+  if (encoded.lone_streams.empty()) {
+    const Expected<PatchContainer> opened = open_container(encoded.container);
+    return opened ? fewest(*opened, encoded.container.size()) : encoded.container.size();
+  }
+  const LoneStream& lone = encoded.lone_streams[0];
+  PatchContainer stream = open_stream(lone.bytes, lone.decoded.point_count);
+  if (!stream.refusal.ok()) return lone.bytes.size();
+  stream.expect_points(lone.decoded.point_count);
+  return fewest(stream, lone.bytes.size());
+}
+
+}  // namespace
+
+Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding> codings,
+                                  const EncodeOptions& options, const ThreadPool& pool,
+                                  Span<const std::byte> extra_point_data, size_t extra_stride) {
+  const auto encode = [&](const EncodeOptions& chosen) {
+    return encode_one_way(input, codings, chosen, pool, extra_point_data, extra_stride);
+  };
+  Expected<EncodedMesh> by_bytes = encode(options);
+  if (!by_bytes || !options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
+    return by_bytes;
+  EncodeOptions in_order = options;
+  in_order.in_creation_order = true;
+  in_order.patch_encoded = {};
+  Expected<EncodedMesh> created = encode(in_order);
+  if (!created) return created;
+  const Stopwatch condense_time;
+  const auto bytes = [&](const EncodedMesh& encoded) {
+    return options.condense ? encoded.container.size() : condensed_bytes(encoded, pool);
+  };
+  // Stock Draco that becomes a container changes the JSON.
+  constexpr uint64_t kMostJsonBytes = 256;
+  const uint64_t more = by_bytes->lone_streams.empty() ? 0 : kMostJsonBytes;
+  const bool is_smaller = bytes(*created) + more < bytes(*by_bytes);
+  EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
+  const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
+               verify_ms = first.verify_ms + second.verify_ms;
+  Expected<EncodedMesh>& best = is_smaller ? created : by_bytes;
+  best->statistics.encode_ms = encode_ms;
+  best->statistics.verify_ms = verify_ms;
+  return std::move(best);
 }
 
 }  // namespace psplit

@@ -50,7 +50,8 @@ struct EncodeOptions {
   // by_libdraco.
   bool choose_by_bytes = false;
   // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
-  // Condensed, some meshes then take fewer bytes, although their Draco streams take more.
+  // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
+  // both with condense_smallest.
   bool in_creation_order = false;
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
@@ -58,7 +59,8 @@ struct EncodeOptions {
   // Condense the streams of a container if that saves bytes: code them with tables that all patches share. Each
   // condensed stream is expanded again and compared with what it was.
   bool condense = false;
-  bool condense_smallest = false;  // also if that decodes more slowly
+  // Condensed streams, now or by condense_container later, may decode more slowly if they are smaller.
+  bool condense_smallest = false;
   Alone alone = Alone::kNone;
   bool verify = true;  // compare what was decoded with the input before returning
   bool refine = true;  // see PartitionOptions for this and the next two

@@ -34,7 +34,7 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
         done_of_job += count;
         progress(done += count, faces);
       };
-    Expected<EncodedMesh> encoded = encode_job(job, pool);
+    Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
     if (encoded.ok())
       job.encoded = std::move(*encoded);
     else

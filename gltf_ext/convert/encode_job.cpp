@@ -5,9 +5,6 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/position_bits.h"
-#include "encoder/condensing/condense.h"
-#include "src/container/patch_container.h"
-#include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
@@ -33,23 +30,6 @@ std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride
 
 ReduceOptions reduce_options(const EncodeJob& job) {
   return {job.options.keep_duplicates, job.options.drop_degenerate, job.options.drop_unused};
-}
-
-// What the streams take condensed, or as they are if that is less.
-uint64_t condensed_bytes(const EncodedMesh& encoded, const ThreadPool& pool) {
-  const auto fewest = [&](const PatchContainer& opened, uint64_t plain) {
-    const auto condensed = condense_container(opened, plain, /*smallest=*/true, pool);
-    return condensed ? uint64_t{condensed->bytes.size()} : plain;
-  };
-  if (encoded.lone_streams.empty()) {
-    const Expected<PatchContainer> opened = open_container(encoded.container);
-    return opened ? fewest(*opened, encoded.container.size()) : encoded.container.size();
-  }
-  const LoneStream& lone = encoded.lone_streams[0];
-  PatchContainer stream = open_stream(lone.bytes, lone.decoded.point_count);
-  if (!stream.refusal.ok()) return lone.bytes.size();
-  stream.expect_points(lone.decoded.point_count);
-  return fewest(stream, lone.bytes.size());
 }
 
 }  // namespace
@@ -121,30 +101,6 @@ Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& opti
   size_t stride = 0;
   const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
   return encode_mesh(job.mesh, job.codings, options, pool, extra, stride);
-}
-
-Expected<EncodedMesh> encode_job(const EncodeJob& job, const ThreadPool& pool) {
-  Expected<EncodedMesh> by_bytes = encode_job(job, job.options, pool);
-  const EncodeOptions& chosen = job.options;
-  if (!by_bytes || !chosen.choose_by_bytes || !chosen.condense_smallest || chosen.alone == Alone::kAll)
-    return by_bytes;
-  EncodeOptions options = chosen;
-  options.in_creation_order = true;
-  options.patch_encoded = {};
-  Expected<EncodedMesh> created = encode_job(job, options, pool);
-  if (!created) return created;
-  const Stopwatch condense_time;
-  // Stock Draco that becomes a container changes the JSON.
-  constexpr uint64_t kMostJsonBytes = 256;
-  const uint64_t more = by_bytes->lone_streams.empty() ? 0 : kMostJsonBytes;
-  const bool is_smaller = condensed_bytes(*created, pool) + more < condensed_bytes(*by_bytes, pool);
-  EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
-  const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
-               verify_ms = first.verify_ms + second.verify_ms;
-  Expected<EncodedMesh>& best = is_smaller ? created : by_bytes;
-  best->statistics.encode_ms = encode_ms;
-  best->statistics.verify_ms = verify_ms;
-  return std::move(best);
 }
 
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

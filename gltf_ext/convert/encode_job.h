@@ -75,9 +75,6 @@ std::vector<uint8_t> stored_points_of(const EncodeJob& job);
 // Encodes the job with `options`, which may differ from the job's in the patches and in verification. Points
 // whose morph targets differ stay apart, and points whose weights differed before rounding.
 Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& options, const ThreadPool& pool);
-// The same with the job's options. Streams that are chosen by bytes and condensed later are those that take the
-// fewest bytes condensed.
-Expected<EncodedMesh> encode_job(const EncodeJob& job, const ThreadPool& pool);
 
 // Morph targets in the order of the stored points: point i is source_point[i] of the input.
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

@@ -67,7 +67,7 @@ async function same_as_command(asset, options, message = JSON.stringify(options)
 for (const [shape, faces, more, all_options] of [
   ['blob', 45000, [], [{}, { condense: true }, { positionBits: 'auto' }, { maxError: 0.0001, boxes: true }]],
   ['gyroid', 30000, ['--normals'], [{}, { profile: 'speed', condense: true }, { encodeSpeed: 0, patchFaces: 900 }, { lossless: true }]],
-  ['terrain', 25000, ['--normals', '--texcoords'], [{ profile: 'size', condense: true }, { encodeSpeed: 10, patches: 9, order: 'size' },
+  ['terrain', 25000, ['--normals', '--texcoords'], [{ profile: 'size', condense: true }, { profile: 'size' }, { encodeSpeed: 10, patches: 9, order: 'size' },
     { positionBits: 11, normalBits: 8, texcoordBits: 10, verify: false, order: { near: [0.5, 1, -2] }, patchFaces: 2000 },
     { keepDuplicates: true, keepDegenerate: true, keepUnused: true, minFaces: 30000 }]],
   ['scene', 30000, ['--normals'], [{}, { patches: 20, condense: true }, { profile: 'speed', boxes: true }]],

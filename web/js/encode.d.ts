@@ -33,7 +33,11 @@ export interface EncodeOptions {
   patchFaces?: number;
   /** Meshes of fewer faces are one patch: by default of fewer than 20,000, if neither `patches` nor `patchFaces` is given. */
   minFaces?: number;
-  /** How many patches a mesh gets otherwise: few (`size`), 2 to 16 or of 30,000 faces (`balanced`), or of 4,800 faces (`speed`). */
+  /**
+   * How many patches a mesh gets otherwise: few (`size`), 2 to 16 or of 30,000 faces (`balanced`), or of 4,800 faces (`speed`). With
+   * `size` and without `encodeSpeed`, each attribute of a patch gets the prediction of fewest bytes, and condensed patches the smallest
+   * coding.
+   */
   profile?: 'balanced' | 'speed' | 'size';
   /** Bits of each component of positions: 14 by default. `auto`: as few as the mesh's edges allow. */
   positionBits?: number | 'auto';
@@ -47,7 +51,7 @@ export interface EncodeOptions {
   lossless?: boolean;
   /** Names of attributes that are kept exactly. */
   exact?: string[];
-  /** Draco's speed, from 0 (smallest) to 10 (fastest): 5 by default. */
+  /** Draco's speed, from 0 (small) to 10 (fast): 5 by default. */
   encodeSpeed?: number;
   /** Condenses the patches: fewer bytes, for decoders that know it. */
   condense?: boolean;

@@ -32,6 +32,7 @@ const kOptions = {
   positionBitsBy: [0, a_number(0, 2)],  // not the caller's: see numbers_of
   maxError: [0, a_number(0, Number.MAX_VALUE, false)],
   encodeSpeed: [5, a_number(0, 10)],
+  chooseByBytes: [false, a_flag],  // nor this
   keepDuplicates: [false, a_flag],
   keepDegenerate: [false, a_flag],
   keepUnused: [false, a_flag],
@@ -43,7 +44,7 @@ const kOptions = {
   nearZ: [0, a_number(-Infinity, Infinity, false)],
   verify: [true, a_flag],
 };
-const kNames = Object.keys(kOptions), kOwnNames = ['positionBitsBy', 'nearX', 'nearY', 'nearZ'];
+const kNames = Object.keys(kOptions), kOwnNames = ['positionBitsBy', 'chooseByBytes', 'nearX', 'nearY', 'nearZ'];
 
 // The options in the order of container_exports.cpp.
 function numbers_of(given) {
@@ -52,6 +53,7 @@ function numbers_of(given) {
   for (const [a, b] of [['patches', 'patchFaces'], ['maxError', 'positionBits'], ['lossless', 'positionBits'], ['lossless', 'maxError']])
     if (is_stated(a) && is_stated(b)) throw invalid(`the options \`${a}\` and \`${b}\` exclude each other`);
   options.positionBitsBy = is_stated('maxError') ? 2 : given.positionBits === 'auto' ? 1 : 0;
+  options.chooseByBytes = given.profile === 'size' && given.encodeSpeed == null;
   if (is_point(given.order?.near)) [options.nearX, options.nearY, options.nearZ] = given.order.near;
   const numbers = kNames.map((name) => {
     const [by_default, check] = kOptions[name], number = check(options[name] ?? by_default);

@@ -18,8 +18,8 @@ std::vector<std::string> corpus_seeds() {
   std::vector<fs::path> files;
   std::error_code error;
   for (const char* folder : {"mesh", "malformed"})
-    for (fs::recursive_directory_iterator entry(corpus_folder() / folder, error), end;
-         !error && entry != end; entry.increment(error))
+    for (fs::recursive_directory_iterator entry(corpus_folder() / folder, error), end; !error && entry != end;
+         entry.increment(error))
       if (entry->is_regular_file() && entry->file_size() < 1000) files.push_back(entry->path());
   std::sort(files.begin(), files.end());
   for (const fs::path& path : files) {

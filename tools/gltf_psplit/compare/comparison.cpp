@@ -58,6 +58,7 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
     EncodeOptions encode_options = jobs[i].options;
     encode_options.patch_count = counts[i];
     encode_options.condense = rule.condense;
+    encode_options.condense_smallest &= rule.condense;
     encode_options.alone = Alone::kNone;
     encode_options.verify = false;
     Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);

@@ -33,7 +33,7 @@ struct Options {
   double patches, patch_faces, min_faces, profile;
   double position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless;
   double position_bits_by, max_error;
-  double speed, keep_duplicates, keep_degenerate, keep_unused;
+  double speed, by_bytes, keep_duplicates, keep_degenerate, keep_unused;
   double condense, boxes, order, near_x, near_y, near_z, verify;
 };
 
@@ -90,6 +90,7 @@ PatchTarget patch_target(const Options& from) {
 EncodeOptions encode_options(const Options& from) {
   EncodeOptions options;
   options.encode_speed = static_cast<int>(from.speed);
+  options.choose_by_bytes = from.by_bytes != 0;
   options.keep_duplicates = from.keep_duplicates != 0;
   options.drop_degenerate = from.keep_degenerate == 0;
   options.drop_unused = from.keep_unused == 0;
