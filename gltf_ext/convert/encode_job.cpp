@@ -137,10 +137,12 @@ Expected<EncodedMesh> encode_job(const EncodeJob& job, const ThreadPool& pool) {
   Expected<EncodedMesh> created = encode_job(job, options, pool);
   if (!created) return created;
   const Stopwatch condense_time;
-  // Stock Draco that becomes a container changes the JSON.
+  // Stock Draco that becomes a container changes the JSON. If that does not pay, it stays as it is.
   constexpr uint64_t kMostJsonBytes = 256;
-  const uint64_t more = by_bytes->lone_streams.empty() ? 0 : kMostJsonBytes;
-  const bool is_smaller = condensed_bytes(*created, pool) + more < condensed_bytes(*by_bytes, pool);
+  const bool is_stock = !by_bytes->lone_streams.empty();
+  const uint64_t bytes = condensed_bytes(*created, pool);
+  const bool is_smaller = bytes < condensed_bytes(*by_bytes, pool) &&
+                          (!is_stock || bytes + kMostJsonBytes < by_bytes->lone_streams[0].bytes.size());
   EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
   const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
                verify_ms = first.verify_ms + second.verify_ms;
