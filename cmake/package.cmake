@@ -18,7 +18,7 @@ if(PSPLIT_BUILD_ENCODER)
        encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
        encoder/coding/position_bits.h encoder/coding/quantization.h encoder/encode_parts.h encoder/mesh_parts.h
        encoder/spill.h
-       encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
+       encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h encoder/patch_counts.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
        gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h

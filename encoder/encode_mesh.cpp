@@ -101,13 +101,15 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   Expected<EncodedMesh> created = encode(in_order);
   if (!created) return created;
   const Stopwatch condense_time;
-  const auto bytes = [&](const EncodedMesh& encoded) {
+  const auto bytes_of = [&](const EncodedMesh& encoded) {
     return options.condense ? encoded.container.size() : condensed_bytes(encoded, pool);
   };
-  // Stock Draco that becomes a container changes the JSON.
+  // Stock Draco that becomes a container changes the JSON. If that does not pay, it stays as it is.
   constexpr uint64_t kMostJsonBytes = 256;
-  const uint64_t more = by_bytes->lone_streams.empty() ? 0 : kMostJsonBytes;
-  const bool is_smaller = bytes(*created) + more < bytes(*by_bytes);
+  const bool is_stock = !by_bytes->lone_streams.empty();
+  const uint64_t bytes = bytes_of(*created);
+  const bool is_smaller = bytes < bytes_of(*by_bytes) &&
+                          (!is_stock || bytes + kMostJsonBytes < by_bytes->lone_streams[0].bytes.size());
   EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
   const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
                verify_ms = first.verify_ms + second.verify_ms;
