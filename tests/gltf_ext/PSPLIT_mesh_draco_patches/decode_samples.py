@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""decode_samples.py PROGRAM SAMPLES: checks that the decoder's library decodes the extension's samples to what
-SAMPLES/expected.json says (SHA-256). PROGRAM is built from decode_samples.cpp."""
+"""decode_samples.py SAMPLES PROGRAM...: checks that the decoder's library decodes the extension's samples to what
+SAMPLES/expected.json says (SHA-256). PROGRAM is built from decode_samples.cpp; an emulator may come before it."""
 import hashlib, json, pathlib, subprocess, sys, tempfile
 
-program, samples = sys.argv[1], pathlib.Path(sys.argv[2])
+samples, program = pathlib.Path(sys.argv[1]), sys.argv[2:]
 arrays = 0
 for asset, expected in json.loads((samples / "expected.json").read_text()).items():
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([program, samples / asset, folder], check=True)
+        subprocess.run([*program, samples / asset, folder], check=True)
         found = {path.name: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
     for number, primitive in enumerate(expected["primitives"]):
         wanted = {"indices": primitive["indices_sha256"], **primitive["attributes_sha256"]}
