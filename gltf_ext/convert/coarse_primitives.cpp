@@ -66,8 +66,12 @@ Expected<std::vector<CoarsePrimitive>> simplify_primitives(const Document& docum
   if (points > UINT32_MAX) return unsupported("has more points than can be simplified");
   const auto wanted = static_cast<uint64_t>(std::llround(share * static_cast<double>(faces)));
   std::vector<Faces> kept(meshes.size());
-  if (faces > 0)
-    kept = simplify(meshes, std::max({wanted, std::min(kLeastCoarseFaces, faces / 10), uint64_t{1}}));
+  if (faces > 0) {
+    const uint64_t target = std::max({wanted, std::min(kLeastCoarseFaces, faces / 10), uint64_t{1}});
+    auto simplified = simplify(meshes, target);
+    if (!simplified) return simplified.status();
+    kept = std::move(*simplified);
+  }
   std::vector<CoarsePrimitive> coarse;
   for (size_t i = 0; i < ids.size(); ++i) {
     const auto morphs = read_morph_targets(document, ids[i], meshes[i].point_count);

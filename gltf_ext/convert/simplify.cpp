@@ -105,7 +105,7 @@ class JoinedMeshes {
 
 }  // namespace
 
-std::vector<Faces> simplify(std::span<const Mesh> meshes, uint64_t target) {
+Expected<std::vector<Faces>> simplify(std::span<const Mesh> meshes, uint64_t target) {
   const JoinedMeshes joined(meshes);
   // Seams are borders that must stay, so twice the wanted faces are good enough.
   const size_t good = static_cast<size_t>(target) * 3 * 2;

@@ -23,7 +23,8 @@ struct ProcessEnd {
   int number = 0;  // the exit code or the signal
 };
 
-// While it exists, SIGTERM and SIGINT do not end this process; they are only noted. One at a time.
+// While it exists, SIGTERM and SIGINT (on Windows: Ctrl-C, Ctrl-Break) do not end this process; they are only
+// noted. One at a time.
 class StopSignals {
  public:
   StopSignals();
@@ -43,13 +44,24 @@ class ParentLink {
   virtual void send(const std::string& line) = 0;
 };
 
-// A copy of this process (fork), for work that may have to be killed. It and all commands that it runs form a
+// The link of a process that ChildProcess::start made where there is no fork, or null. Its work is to be
+// called, whatever the command line says. Call it once.
+std::unique_ptr<ParentLink> take_parent_link();
+
+// The program and the words that such a process is started with. Without a program, it is that of this process.
+void set_child_program(const std::filesystem::path& program);
+void set_child_words(std::vector<std::string> words);
+
+// A copy of this process, for work that may have to be killed. It and all commands that it runs form a
 // process group, which `kill` and `wait` end. The group also ends if the parent is killed, or the parent and
-// the copy at the same moment. The copy has no threads of the parent: do not start any before.
+// the copy at the same moment. With fork, the copy has no threads of the parent: do not start any before. On
+// Windows, the copy is the same command once more, and its processes are a job.
 class ChildProcess {
  public:
   // The child runs `work` and exits with the code that it returns; no destructors of the parent's objects run.
-  static Expected<std::unique_ptr<ChildProcess>> start(const std::function<int(ParentLink&)>& work);
+  // A child that take_parent_link tells of its parent, because it shares no memory, first receives `greeting`.
+  static Expected<std::unique_ptr<ChildProcess>> start(const std::function<int(ParentLink&)>& work,
+                                                       const std::string& greeting);
   virtual ~ChildProcess() = default;  // kills the child and its commands
 
   // False if the child has ended.
@@ -74,9 +86,10 @@ struct CommandEnd : ProcessEnd {
   std::string last_lines;
 };
 
-// Runs `/bin/sh -c command sh arguments...`: the command knows its arguments as $1, $2 ... Its stdin is empty,
-// and what it prints appears on this process's stderr. `variables` are added to its environment. The command is
-// killed if the calling thread ends.
+// Runs `/bin/sh -c command sh arguments...`: the command knows its arguments as $1, $2 ... On Windows cmd.exe
+// runs it, which knows them as %1, %2 ... in quotes; an argument that has a quote is kInvalidInput. Its stdin
+// is empty, and what it prints appears on this process's stderr. `variables` are added to its environment. The
+// command is killed if the calling thread ends.
 Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
                                const std::vector<std::pair<std::string, std::string>>& variables = {});
 

@@ -16,7 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status failure(const char* what, const fs::path& path, int error) {
+// `error`: an errno, or a std::error_code.
+template <typename Error>
+Status failure(const char* what, const fs::path& path, const Error& error) {
   const Place place{.file = path == "-" ? "stdin" : path.string()};
   return io_error(std::string("cannot ") + what, error, place);
 }
@@ -42,7 +44,7 @@ std::string lower_extension(const fs::path& path) {
 Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   std::error_code error;
   if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);
-  const OpenFile file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
+  const OpenFile file(path == "-" ? stdin : open_file(path, "rb"));
   if (file == nullptr) return failure("open", path, errno);
 
   // The array grows with the bytes that arrive: a pipe has no size, and a stated limit may be wrong.
@@ -80,7 +82,7 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
-    const OpenFile file(std::fopen(path.c_str(), "wb"));
+    const OpenFile file(open_file(path, "wb"));
     return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
   }
 
@@ -95,7 +97,7 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   if (temporary.is_open() && replaces) copy_permissions(*target, temporary.file());
   if (!temporary.is_open() || !write_whole(temporary.file())) return failure("write", path, errno);
   if (const std::error_code renamed = temporary.rename_to(*target); renamed)
-    return failure("write", path, renamed.value());
+    return failure("write", path, renamed);
   return {};
 }
 
@@ -122,7 +124,7 @@ Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> byt
   if (const std::error_code renamed = temporary.rename_to_new(path); renamed == std::errc::file_exists)
     return false;
   else if (renamed)
-    return failure("write", path, renamed.value());
+    return failure("write", path, renamed);
   return true;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <system_error>
 
 #include "src/status.h"
 
@@ -14,5 +15,7 @@ inline Status may_pass(std::string message, Place place = {}) {
 // "`what`: the text of `error`", for an errno. The code is kMayPass for a lack of space, memory, files or
 // processes, for a stale or interrupted file system, and for a file that is busy; otherwise kIo.
 Status io_error(const std::string& what, int error, Place place = {});
+// The same for an error of std::filesystem, which may have a number of the system.
+Status io_error(const std::string& what, const std::error_code& error, Place place = {});
 
 }  // namespace psplit

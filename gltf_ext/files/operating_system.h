@@ -1,6 +1,6 @@
-// Services that the standard library lacks: file locks, terminals, settings of the heap. All calls of POSIX and
-// glibc are in operating_system.cpp and child_process.cpp (scripts/check-includes): a port to another system
-// changes only these two.
+// Services that the standard library lacks: file locks, terminals, settings of the heap. All calls of the
+// system are in gltf_ext/files/posix and gltf_ext/files/windows, of which a build has one
+// (scripts/check-includes).
 #pragma once
 
 #include <atomic>
@@ -13,10 +13,29 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <vector>
 
 #include "src/status.h"
 
 namespace psplit {
+
+// Prepares a process that is a command: the standard streams carry bytes as they are, and a terminal shows
+// UTF-8. Returns the words of the command line in UTF-8, which stay until the process ends. Call it once.
+std::vector<char*> start_command(int argc, char** argv);
+
+// std::fopen for every path, whatever its characters, with the modes "rb", "wb" and "w+b". Other processes may
+// rename and remove the file while it is open.
+std::FILE* open_file(const std::filesystem::path& path, const char* mode);
+// std::tmpfile, for users of any permissions.
+std::FILE* open_temporary();
+
+// Renames a file, which may be open, also if `to` exists. A system that cannot replace a file that is in use
+// gives it the name `aside`, and removes it once it is free, at the latest in remove_if_unlocked.
+std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
+                             const std::filesystem::path& aside);
+// Gives a file a name that no file has; errc::file_exists if one has it. The old name may stay beside it.
+std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 
 // A new file, open for writing. It stays locked until it is closed or its process ends, even by a signal. Null
 // if this fails. errno is then EEXIST if the name is taken, or if remove_if_unlocked removed the file
@@ -43,8 +62,9 @@ void let_writes_past_size_limit_fail();
 // The exit codes of a process that ends here: those of gltf-psplit for kIo and kMayPass.
 inline constexpr int kExitIo = 2, kExitMayPass = 75;
 
-// While it exists, SIGTERM, SIGINT and SIGHUP end the process with kExitMayPass, unless the process ignores
-// them: the files of RemovedAtStop are removed, and stderr gets a message. No destructor runs. One at a time.
+// While it exists, SIGTERM, SIGINT and SIGHUP (on Windows: Ctrl-C, Ctrl-Break and the end of the console) end
+// the process with kExitMayPass, unless the process ignores them: the files of RemovedAtStop are removed, and
+// stderr gets a message. No destructor runs. One at a time.
 class StopEndsProcess {
  public:
   StopEndsProcess();
@@ -125,6 +145,9 @@ class LockedLog {
   // Creates the file if it does not exist. Waits up to two seconds for an owner that is about to end. False if
   // another process then still owns the file. Errors: those of io_error.
   Expected<bool> open(const std::filesystem::path& path);
+  // Opens the file for a process that works for its owner. The lock stays the owner's. Errors: those of
+  // io_error.
+  Status join(const std::filesystem::path& path);
   // Looks again whether the last line was cut short: another process may have appended to the same open file.
   void resume();
   // Writes lines in one call, so that a kill damages the last line at most. A line that could only be written

@@ -90,19 +90,13 @@ TemporaryFile::~TemporaryFile() {
 }
 
 std::error_code TemporaryFile::rename_to(const fs::path& target) {
-  std::error_code error;
-  fs::rename(path_, target, error);
+  const std::error_code error = replace_file(path_, target, temporary_path(target));
   if (!error) path_.clear();
   return error;
 }
 
 std::error_code TemporaryFile::rename_to_new(const fs::path& target) {
-  std::error_code error;
-  fs::create_hard_link(path_, target, error);
-  if (!error || error == std::errc::file_exists) return error;  // the destructor removes the other name
-  // Some file systems have no hard links.
-  if (fs::exists(fs::symlink_status(target, error))) return std::make_error_code(std::errc::file_exists);
-  return rename_to(target);
+  return psplit::rename_to_new(path_, target);  // the destructor removes the other name
 }
 
 }  // namespace psplit

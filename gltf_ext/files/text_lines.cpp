@@ -3,6 +3,7 @@
 #include <cerrno>
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 
 namespace psplit {
 
@@ -10,7 +11,7 @@ Expected<TextLines> TextLines::open(const std::filesystem::path& path) {
   if (path == "-") return of(stdin);
   TextLines lines;
   lines.name_ = path.string();
-  lines.file_ = {std::fopen(path.c_str(), "rb"), Close{true}};
+  lines.file_ = {open_file(path, "rb"), Close{true}};
   if (lines.file_ == nullptr) return io_error("cannot open", errno, {.file = lines.name_});
   return lines;
 }

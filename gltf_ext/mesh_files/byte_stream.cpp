@@ -13,6 +13,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 
 namespace psplit {
 namespace {
@@ -164,7 +165,7 @@ Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path, con
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) return read_failure(path, EISDIR);
-  std::FILE* const file = std::fopen(path.c_str(), "rb");
+  std::FILE* const file = open_file(path, "rb");
   if (file == nullptr) return io_error("cannot open", errno, {.file = path.string()});
   std::optional<uint64_t> size;
   if (fs::is_regular_file(status))

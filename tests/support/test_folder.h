@@ -3,10 +3,9 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <cerrno>
 #include <filesystem>
+#include <random>
 #include <string>
 #include <system_error>
 
@@ -15,11 +14,10 @@ namespace psplit {
 class TestFolder {
  public:
   TestFolder() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "psplit-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw std::filesystem::filesystem_error("no folder for a test", name,
-                                              std::error_code(errno, std::generic_category()));
-    path_ = name;
+    std::random_device random;
+    do {
+      path_ = std::filesystem::path(testing::TempDir()) / ("psplit-" + std::to_string(random()));
+    } while (!std::filesystem::create_directory(path_));
   }
   TestFolder(const TestFolder&) = delete;
   TestFolder& operator=(const TestFolder&) = delete;

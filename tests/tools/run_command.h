@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/commands/commands.h"
@@ -40,7 +41,7 @@ inline CommandOutcome run_command(std::vector<std::string> words) {
 inline CommandOutcome run_command_on(const std::string& input, std::vector<std::string> words) {
   EXPECT_NE(std::freopen(input.c_str(), "rb", stdin), nullptr);
   CommandOutcome outcome = run_command(std::move(words));
-  EXPECT_NE(std::freopen("/dev/null", "rb", stdin), nullptr);
+  EXPECT_NE(std::freopen(null_device(), "rb", stdin), nullptr);
   return outcome;
 }
 

@@ -1,11 +1,5 @@
 #include "gltf_ext/files/mapped_file.h"
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <csignal>
-#include <cstdio>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -13,7 +7,6 @@
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tests/support/expect.h"
-#include "tests/support/sanitizers.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -28,35 +21,6 @@ class MappedFiles : public testing::Test {
     EXPECT_TRUE(write_file(path_, {bytes_}).ok());
   }
   bool is_same(std::span<const uint8_t> found) const { return std::ranges::equal(found, bytes_); }
-
-  struct Ending {
-    int code;  // or minus the signal
-    std::string text;
-  };
-  // What a new process writes to stderr, and how it ends.
-  template <typename Act>
-  static Ending in_process(const Act& act) {
-    int ends[2];
-    EXPECT_EQ(pipe(ends), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-      dup2(ends[1], STDERR_FILENO);
-      const rlimit no_core{0, 0};
-      setrlimit(RLIMIT_CORE, &no_core);
-      act();
-      _exit(0);
-    }
-    close(ends[1]);
-    Ending ending;
-    char block[512];
-    for (ssize_t got; (got = read(ends[0], block, sizeof(block))) > 0;)
-      ending.text.append(block, static_cast<size_t>(got));
-    close(ends[0]);
-    int status = 0;
-    waitpid(child, &status, 0);
-    ending.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-    return ending;
-  }
 
   TestFolder folder_;
   const fs::path path_ = folder_ / "x.bin";
@@ -122,35 +86,6 @@ TEST_F(MappedFiles, AFileThatCannotBeMappedIsRead) {
   for (int i = 0; i < 300; ++i) files.push_back(*MappedFile::open(path_));
   for (const MappedFile& file : files) EXPECT_TRUE(is_same(file.bytes()));
 }
-
-TEST_F(MappedFiles, AFileThatIsCutEndsTheProcessWithItsName) {
-  const Ending ending = in_process([&] {
-    const Expected<MappedFile> other = MappedFile::open(path_);
-    const Expected<MappedFile> file = MappedFile::open(path_);
-    fs::resize_file(path_, 10);
-    std::fprintf(stderr, "%d", file->bytes()[190000]);
-  });
-  EXPECT_EQ(ending.code, kExitIo);
-  EXPECT_EQ(ending.text, "gltf-psplit: error: " + path_.string() +
-                             ": the file became shorter, or its device failed, while it was read\n");
-}
-
-// Sanitizers have a handler of their own.
-#if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
-TEST_F(MappedFiles, OtherSignalsGoToTheHandlerBefore) {
-  EXPECT_EQ(in_process([&] {
-              const Expected<MappedFile> file = MappedFile::open(path_);
-              std::raise(SIGBUS);
-            }).code,
-            -SIGBUS);
-  const Ending ending = in_process([&] {
-    std::signal(SIGBUS, [](int) { _exit(7); });
-    { const Expected<MappedFile> file = MappedFile::open(path_); }
-    std::raise(SIGBUS);
-  });
-  EXPECT_EQ(ending.code, 7);
-}
-#endif
 
 }  // namespace
 }  // namespace psplit

@@ -1,16 +1,11 @@
 #include "gltf_ext/files/temporary_file.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
-#include <csignal>
 #include <fstream>
 #include <string>
 
 #include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
-#include "tests/support/child.h"
+#include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -25,56 +20,37 @@ class Temporaries : public testing::Test {
   const std::vector<uint8_t> bytes_ = std::vector<uint8_t>(100000, 7);
 };
 
-TEST_F(Temporaries, WhatADeadWriterLeftGoes) {
-  const fs::path target = folder_ / "x.glb";
-  run_in_child([&] {
-    const TemporaryFile file(target);
-    return std::fputs("half", file.file()) >= 0 && std::fflush(file.file()) == 0 ? (_exit(0), 0) : 1;
-  });
-  ASSERT_EQ(file_count(), 1);
-  EXPECT_TRUE(is_temporary_name(*fs::directory_iterator(folder_)));
-  ASSERT_TRUE(write_file(folder_ / "another.glb", {bytes_}).ok());
-  EXPECT_EQ(file_count(), 1);
-  EXPECT_TRUE(fs::exists(folder_ / "another.glb"));
-}
-
-TEST_F(Temporaries, WhatALiveWriterHasStays) {
+TEST_F(Temporaries, StayWhileTheyAreOpenAndCanBeRenamed) {
+  ASSERT_TRUE(write_file(folder_ / "x.glb", {bytes_}).ok());
   TemporaryFile mine(folder_ / "x.glb");
   ASSERT_TRUE(mine.is_open());
-  EXPECT_EQ(run_in_child([&] {
-              remove_dead_temporaries(folder_);
-              return fs::exists(mine.path()) ? 0 : 1;
-            }),
-            0);
+  EXPECT_TRUE(is_temporary_name(mine.path()));
   remove_dead_temporaries(folder_);
   EXPECT_TRUE(fs::exists(mine.path()));
   EXPECT_FALSE(mine.rename_to(folder_ / "x.glb"));
   EXPECT_EQ(file_count(), 1);
+  EXPECT_EQ(fs::file_size(folder_ / "x.glb"), 0u);
 }
 
-TEST_F(Temporaries, ASignalRemovesThem) {
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
-    const int code = run_in_child([&] {
-      if (std::freopen("/dev/null", "w", stderr) == nullptr) return 1;
-      const StopEndsProcess stop_ends_process;
-      const TemporaryFile one(folder_ / "x.glb"), two(folder_ / "y.glb");
-      TemporaryFile done(folder_ / "z.glb");
-      if (file_count() != 3 || done.rename_to(folder_ / "z.glb")) return 2;
-      std::raise(signal);
-      return 3;
-    });
-    EXPECT_EQ(code, kExitMayPass);
-    EXPECT_EQ(file_count(), 1);
-    EXPECT_TRUE(fs::remove(folder_ / "z.glb"));
-  }
-  // What the process ignores, as nohup makes it do, does not end it.
-  EXPECT_EQ(run_in_child([] {
-              std::signal(SIGHUP, SIG_IGN);
-              const StopEndsProcess stop_ends_process;
-              std::raise(SIGHUP);
-              return 7;
-            }),
-            7);
+TEST_F(Temporaries, AFileThatIsOpenIsReplaced) {
+  ASSERT_TRUE(write_file(folder_ / "x.glb", {bytes_}).ok());
+  std::FILE* const reader = open_file(folder_ / "x.glb", "rb");
+  ASSERT_NE(reader, nullptr);
+  ASSERT_TRUE(write_file(folder_ / "x.glb", {{}}).ok());
+  EXPECT_EQ(std::fgetc(reader), 7);
+  std::fclose(reader);
+  EXPECT_EQ(fs::file_size(folder_ / "x.glb"), 0u);
+}
+
+TEST_F(Temporaries, WithoutANameTheyKeepWhatIsWritten) {
+  UnnamedFile file = must(UnnamedFile::create(folder_));
+  ASSERT_TRUE(file.write(50000, bytes_).ok());
+  std::vector<uint8_t> found(2);
+  ASSERT_TRUE(file.read(49999, found).ok());
+  EXPECT_EQ(found, (std::vector<uint8_t>{0, 7}));
+  EXPECT_EQ(fs::file_size(file.path()), 150000u);
+  file.close();
+  EXPECT_EQ(file_count(), 0);
 }
 
 TEST_F(Temporaries, FilesOfOthersStay) {
@@ -107,18 +83,6 @@ TEST_F(Temporaries, NewFilesTakeNoNameThatIsTaken) {
   TemporaryFile late(folder_ / "a");
   EXPECT_EQ(late.rename_to_new(folder_ / "a"), std::errc::file_exists);
   EXPECT_EQ(write_new_file(folder_ / "none" / "a", bytes_).status().code(), StatusCode::kIo);
-}
-
-TEST_F(Temporaries, TheLimitOnAFilesSizeIsAnErrorAndLeavesNothing) {
-  const int code = run_in_child([&] {
-    let_writes_past_size_limit_fail();
-    const rlimit limit{4096, 4096};
-    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return 1;
-    const Status status = write_file(folder_ / "x.glb", {bytes_});
-    return status.code() == StatusCode::kIo && status.message().find("too large") != std::string::npos ? 0 : 2;
-  });
-  EXPECT_EQ(code, 0);
-  EXPECT_EQ(file_count(), 0);
 }
 
 }  // namespace

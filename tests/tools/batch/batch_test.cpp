@@ -4,7 +4,7 @@
 #include <map>
 
 #include "gltf_ext/files/io_error.h"
-#include "tests/tools/batch/batch_jobs.h"
+#include "tests/tools/batch/batch_files.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Batch : public BatchJobs {
+class Batch : public BatchFiles {
  protected:
   // Runs a batch on everything in "in", and keeps the report in report_.
   int batch(std::vector<std::string> more = {}) {

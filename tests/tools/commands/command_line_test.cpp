@@ -132,7 +132,7 @@ TEST_F(CommandLine, DashIsStdinAndStdoutOfEveryCommand) {
   EXPECT_EQ(valid.code, 0) << valid.err;
   EXPECT_EQ(valid.out, "-: valid\n");
   EXPECT_EQ(run_command_on(split, {"inspect", "-"}).out, run_command({"inspect", split}).out);
-  const CommandOutcome empty = run_command_on("/dev/null", {"encode", "-", path("out.glb")});
+  const CommandOutcome empty = run_command_on(null_device(), {"encode", "-", path("out.glb")});
   EXPECT_EQ(empty.code, 3);
   EXPECT_TRUE(contains(empty.err, "stdin: "));
 }

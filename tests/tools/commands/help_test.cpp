@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "gltf_ext/files/io_error.h"
+#include "tests/support/environment.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 
@@ -27,7 +28,7 @@ TEST_F(Help, FitsEightyColumns) {
 // Only names of options, usage lines and examples of command lines may be longer.
 TEST_F(Help, FitsNarrowTerminals) {
   for (const char* columns : {"40", "60"}) {
-    setenv("COLUMNS", columns, 1);
+    set_variable("COLUMNS", columns);
     for (const char* verb : kVerbs) {
       const std::string help = run_command({verb, "--help"}).out;
       std::istringstream lines(help);
@@ -43,10 +44,10 @@ TEST_F(Help, FitsNarrowTerminals) {
     }
   }
   for (const char* columns : {"0", "-3", "wide", "1000"}) {
-    setenv("COLUMNS", columns, 1);
+    set_variable("COLUMNS", columns);
     EXPECT_TRUE(contains(run_command({"encode", "--help"}).out, "\n  IN ...                      The input"));
   }
-  unsetenv("COLUMNS");
+  set_variable("COLUMNS", nullptr);
 }
 
 TEST_F(Help, EndsWithExamplesAndExitCodes) {

@@ -1,12 +1,12 @@
 #include "tools/gltf_psplit/compare/asset_parts.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "gltf_ext/json/json.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -49,9 +49,7 @@ TEST(AssetParts, CountsEveryByteOnce) {
 }
 
 TEST(AssetParts, CountsImagesBesideTheAssetAndTellsOfMissingOnes) {
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / ("asset_parts_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
+  const TestFolder folder;
   std::ofstream(folder / "a texture.png") << std::string(1234, 'x');
   Document document = sample();
   const uint64_t before = measure_parts(document, {}).textures;
@@ -61,7 +59,6 @@ TEST(AssetParts, CountsImagesBesideTheAssetAndTellsOfMissingOnes) {
   const AssetParts parts = measure_parts(document, {});
   EXPECT_EQ(parts.textures, before + 1234);
   EXPECT_EQ(parts.missing_images, 1u);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(AssetParts, TakesOverlappingAccessorsForNoNegativeRest) {

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "gltf_ext/files/operating_system.h"
+#include "tests/support/environment.h"
 #include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 
@@ -15,14 +16,9 @@ class TemporaryDirectory {
   explicit TemporaryDirectory(const std::string& folder) {
     const char* const before = getenv("TMPDIR");
     if (before != nullptr) before_ = before;
-    setenv("TMPDIR", folder.c_str(), 1);
+    set_variable("TMPDIR", folder.c_str());
   }
-  ~TemporaryDirectory() {
-    if (before_)
-      setenv("TMPDIR", before_->c_str(), 1);
-    else
-      unsetenv("TMPDIR");
-  }
+  ~TemporaryDirectory() { set_variable("TMPDIR", before_ ? before_->c_str() : nullptr); }
 
  private:
   std::optional<std::string> before_;

@@ -228,7 +228,8 @@ class Batch {
 
   void start_worker() {
     Expected<std::unique_ptr<ChildProcess>> worker = ChildProcess::start(
-        [this](ParentLink& link) { return run_worker(link, arguments_, session_, record_, staged_.path()); });
+        [this](ParentLink& link) { return run_worker(link, arguments_, session_, record_, staged_.path()); },
+        staged_.path().string());
     if (worker)
       worker_ = std::move(*worker);
     else
@@ -425,6 +426,8 @@ class Batch {
 }  // namespace
 
 Status run_batch(const BatchArguments& arguments, const Session& session) {
+  if (const std::unique_ptr<ParentLink> link = take_parent_link())
+    return run_started_worker(*link, arguments, session);
   return Batch(arguments, session).run();
 }
 

@@ -82,7 +82,7 @@ Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
   std::error_code error;
   const fs::path records = record_folder(folder);
   fs::create_directories(records, error);
-  if (error) return io_error("cannot make the folder " + records.string(), error.value());
+  if (error) return io_error("cannot make the folder " + records.string(), error);
   const Expected<bool> joined = division_.join(division_file(folder), std::to_string(shard.count));
   if (!joined) return joined.status();
   if (!*joined)
@@ -92,6 +92,10 @@ Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
   if (*is_ours) return {};
   return may_pass(shard.count == 1 ? "another batch is running in " + folder.string()
                                    : "shard " + shard.text() + " is already running in " + folder.string());
+}
+
+Status BatchRecord::join(const fs::path& folder, const Shard& shard) {
+  return file_.join(record_folder(folder) / (shard.file_name() + ".jsonl"));
 }
 
 Status BatchRecord::load(const fs::path& folder, const Shard& shard) {

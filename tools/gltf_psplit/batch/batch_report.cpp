@@ -167,13 +167,13 @@ Status BatchTally::status(uint64_t max_failures) const {
 
 Status BatchRows::create(const std::filesystem::path& path) {
   name_ = path.empty() ? "the report" : path.string();
-  file_.reset(path.empty() ? std::tmpfile() : std::fopen(path.c_str(), "w+b"));
+  file_.reset(path.empty() ? open_temporary() : open_file(path, "w+b"));
   return file_ == nullptr ? io_error("cannot write", errno, {.file = name_}) : Status();
 }
 
 Status BatchRows::open(const std::filesystem::path& path) {
   name_ = path.string();
-  file_.reset(std::fopen(path.c_str(), "rb"));
+  file_.reset(open_file(path, "rb"));
   return file_ == nullptr ? io_error("cannot open", errno, {.file = name_}) : Status();
 }
 

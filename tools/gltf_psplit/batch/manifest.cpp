@@ -67,7 +67,7 @@ std::optional<std::string> text_of(const Json& object, const std::string& key) {
 bool is_output_name(const std::string& name) {
   const fs::path path(name);
   if (name.find('\0') != std::string::npos) return false;
-  if (name.empty() || path.is_absolute() || path.lexically_normal() != path || !path.has_filename())
+  if (name.empty() || path.has_root_path() || path.lexically_normal() != path || !path.has_filename())
     return false;
   return *path.begin() != ".." && !path.begin()->string().starts_with(".gltf-psplit-batch");
 }
@@ -152,7 +152,7 @@ Expected<BatchItem> item_of(const Json& json) {
 }
 
 Expected<std::string> hash_file(const fs::path& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_file(path, "rb"), std::fclose);
   if (file == nullptr) return io_error("cannot open", errno, {.file = path.string()});
   ContentHash hash;
   std::vector<uint8_t> block(size_t{1} << 20);

@@ -17,8 +17,9 @@ namespace fs = std::filesystem;
 
 // The folder that the name of an output is relative to: "/in" for "/in/x/a.ply" and "x/a.glb".
 std::optional<std::string> base_of(const BatchItem& item) {
-  const std::string input = without_asset_extensions(fs::absolute(item.input).lexically_normal()).string();
-  const std::string end = "/" + without_asset_extensions(item.name).string();
+  const std::string input =
+      without_asset_extensions(fs::absolute(item.input).lexically_normal()).generic_string();
+  const std::string end = "/" + without_asset_extensions(item.name).generic_string();
   if (!input.ends_with(end)) return std::nullopt;
   return input.substr(0, input.size() - end.size());
 }
@@ -34,7 +35,7 @@ Status remove_output(const fs::path& file, const std::string& name, BatchRecord&
   const std::vector<fs::path> binaries =
       lower_extension(file) == ".gltf" ? own_binaries(file) : std::vector<fs::path>();
   std::error_code error;
-  if (!fs::remove(file, error)) return io_error("cannot remove", error.value(), {.file = file.string()});
+  if (!fs::remove(file, error)) return io_error("cannot remove", error, {.file = file.string()});
   for (const fs::path& binary : binaries)
     if (!is_used(binary)) fs::remove(binary, error);
   return record.forget(record_name(name));

@@ -100,7 +100,7 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
 Status StagingFolder::open(const fs::path& place) {
   std::error_code error;
   fs::create_directories(place, error);
-  if (error) return io_error("cannot make the folder " + place.string(), error.value());
+  if (error) return io_error("cannot make the folder " + place.string(), error);
   remove_dead_folders(place);
   do {
     path_ = place / (std::string(kStaged) + random_digits());
@@ -128,7 +128,7 @@ Status StagedAsset::open() {
   std::error_code error;
   fs::remove_all(folder_, error);
   fs::create_directories(folder_, error);
-  return error ? io_error("cannot make the folder " + folder_.string(), error.value()) : Status();
+  return error ? io_error("cannot make the folder " + folder_.string(), error) : Status();
 }
 
 // The names keep what tells the format.

@@ -268,7 +268,7 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   const bool replaces = record_.knows(job.record_name);
   std::error_code error;
   fs::create_directories(job.output.parent_path(), error);
-  if (error) return io_error("cannot make the folder " + job.output.parent_path().string(), error.value());
+  if (error) return io_error("cannot make the folder " + job.output.parent_path().string(), error);
   if (Status status = record_.begin(job.record_name); !status.ok()) return status;
   // After a power failure the record must not say that the storage still has the earlier output.
   if (!arguments_.staging.store.empty())
@@ -466,6 +466,17 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
   serve();
   for (std::thread& other : others) other.join();
   return 0;
+}
+
+Status run_started_worker(ParentLink& link, const BatchArguments& arguments, const Session& session) {
+  const std::optional<std::string> staging_folder = link.receive();
+  if (!staging_folder) return {};  // the batch has ended
+  BatchRecord record;
+  if (!arguments.dry_run)
+    if (Status status = record.join(arguments.request.folder, arguments.shard.value_or(Shard())); !status.ok())
+      return status;
+  const int code = run_worker(link, arguments, session, record, *staging_folder);
+  return code == 0 ? Status() : Status(status_code(code), "the worker failed");
 }
 
 }  // namespace psplit

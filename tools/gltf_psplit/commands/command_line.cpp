@@ -1,11 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <new>
 #include <span>
 #include <string_view>
 
+#include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
@@ -63,9 +65,11 @@ std::string without_folder(const std::string& word) {
   const size_t equals = word.starts_with("--") ? word.find('=') : std::string::npos;
   const bool is_short_option = word.size() > 2 && word[0] == '-' && word[1] != '-';  // "-o../page.html"
   const size_t begin = equals != std::string::npos ? equals + 1 : is_short_option ? 2 : 0;
-  const size_t last = word.find_last_not_of('/');
+  // "/", and on Windows also "\\".
+  const char separators[] = {'/', static_cast<char>(std::filesystem::path::preferred_separator), '\0'};
+  const size_t last = word.find_last_not_of(separators);
   if (last == std::string::npos || last < begin) return word;
-  const size_t slash = word.rfind('/', last);
+  const size_t slash = word.find_last_of(separators, last);
   if (slash == std::string::npos || slash < begin) return word;
   return word.substr(0, begin) + word.substr(slash + 1);
 }
@@ -199,6 +203,7 @@ void add_commands(CLI::App& app, Action& action) {
 int run(int argc, char** argv, const char* version) {
   CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them again",
                "gltf-psplit");
+  app.allow_windows_style_options(false);  // "/a.glb" is a file
   app.formatter(help_formatter());
   app.set_version_flag("-V,--version", std::string("gltf-psplit ") + version, "Print the version and exit")
       ->group("Common options");
@@ -250,6 +255,7 @@ int run(int argc, char** argv, const char* version) {
 }  // namespace
 
 int run_command_line(int argc, char** argv, const char* version) {
+  set_child_words({argv, argv + argc});
   let_writes_past_size_limit_fail();
   const StopEndsProcess stop_ends_process;
   const Log log(Verbosity::kNormal);

@@ -1,5 +1,6 @@
 #include <array>
-#include <ctime>
+#include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <thread>
 
@@ -42,11 +43,16 @@ std::string compiler() {
 }
 
 std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  std::array<char, 32> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &parts)};
+  const auto now = std::chrono::floor<std::chrono::minutes>(std::chrono::system_clock::now());
+  const auto midnight = std::chrono::floor<std::chrono::days>(now);
+  const std::chrono::year_month_day day(midnight);
+  const std::chrono::hh_mm_ss time(now - midnight);
+  std::array<char, 64> text{};
+  const int size =
+      std::snprintf(text.data(), text.size(), "%04d-%02u-%02u %02d:%02d", static_cast<int>(day.year()),
+                    static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()),
+                    static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()));
+  return {text.data(), static_cast<size_t>(size)};
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "encoder/coding/choose_codings.h"
 #include "encoder/stock_stream.h"
 #include "tests/support/mesh_file_seeds.h"
-#include "tests/tools/batch/batch_jobs.h"
+#include "tests/tools/batch/posix/batch_jobs.h"
 
 namespace psplit {
 namespace {

@@ -18,6 +18,7 @@
 #endif
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/pipe_lines.h"
 
 extern char** environ;
 
@@ -102,62 +103,15 @@ ProcessEnd wait_for(pid_t process) {
   return WIFSIGNALED(status) ? ProcessEnd{true, WTERMSIG(status)} : ProcessEnd{false, WEXITSTATUS(status)};
 }
 
-// Lines out of the bytes of a pipe.
-class Lines {
- public:
-  // Reads once. False at the end, or after an error.
-  bool read(int descriptor) {
-    std::array<char, 1 << 16> block;
-    ssize_t got = 0;
-    while ((got = ::read(descriptor, block.data(), block.size())) < 0 && errno == EINTR) {
-    }
-    if (got > 0) text_.append(block.data(), static_cast<size_t>(got));
-    return got > 0;
+// Reads once. False at the end, or after an error.
+bool read_some(int descriptor, PipeLines& lines) {
+  std::array<char, 1 << 16> block;
+  ssize_t got = 0;
+  while ((got = ::read(descriptor, block.data(), block.size())) < 0 && errno == EINTR) {
   }
-  std::optional<std::string> next() {
-    const size_t end = text_.find('\n', begin_);
-    if (end == std::string::npos) {
-      text_.erase(0, begin_);
-      begin_ = 0;
-      return std::nullopt;
-    }
-    std::string line = text_.substr(begin_, end - begin_);
-    begin_ = end + 1;
-    return line;
-  }
-
- private:
-  std::string text_;
-  size_t begin_ = 0;
-};
-
-// The last lines of what a command printed, as one line.
-class LastLines {
- public:
-  void add(std::string_view text) {
-    text_ += text;
-    if (text_.size() > 2 * kMostBytes) text_.erase(0, text_.size() - kMostBytes);
-  }
-  std::string joined() const {
-    std::vector<std::string> lines;
-    std::string line;
-    for (const char byte : text_ + "\n") {
-      if (byte != '\n' && byte != '\r') {
-        line += static_cast<unsigned char>(byte) < ' ' ? ' ' : byte;
-      } else if (line.find_first_not_of(' ') != std::string::npos) {
-        lines.push_back(std::exchange(line, ""));
-      }
-    }
-    std::string text;
-    for (size_t i = lines.size() - std::min(lines.size(), kMostLines); i < lines.size(); ++i)
-      text += (text.empty() ? "" : " | ") + lines[i];
-    return text.size() > kMostBytes ? "..." + text.substr(text.size() - kMostBytes) : text;
-  }
-
- private:
-  static constexpr size_t kMostLines = 3, kMostBytes = 600;
-  std::string text_;
-};
+  if (got > 0) lines.add({block.data(), static_cast<size_t>(got)});
+  return got > 0;
+}
 
 // Passes what a command prints on to stderr until it ends. A process that it left in the background may hold
 // the pipe for longer, and print on.
@@ -192,7 +146,7 @@ class PipeToParent : public ParentLink {
     const std::lock_guard lock(receiving_);
     for (;;) {
       if (std::optional<std::string> line = lines_.next()) return line;
-      if (!lines_.read(requests_)) return std::nullopt;
+      if (!read_some(requests_, lines_)) return std::nullopt;
     }
   }
   void send(const std::string& line) override {
@@ -203,7 +157,7 @@ class PipeToParent : public ParentLink {
  private:
   const int requests_, answers_;
   std::mutex receiving_, sending_;
-  Lines lines_;
+  PipeLines lines_;
 };
 
 class ForkedChild : public ChildProcess {
@@ -241,7 +195,7 @@ class ForkedChild : public ChildProcess {
       const ssize_t ignored = ::read(stop_pipe[0], &noted, 1);
       static_cast<void>(ignored);
     }
-    if (sources[0].revents != 0 && !lines_.read(answers_)) received.ended = true;
+    if (sources[0].revents != 0 && !read_some(answers_, lines_)) received.ended = true;
     while (std::optional<std::string> line = lines_.next()) received.lines.push_back(std::move(*line));
     return received;
   }
@@ -267,7 +221,7 @@ class ForkedChild : public ChildProcess {
   pid_t process_;
   int requests_, answers_;
   int lifeline_;  // closed when this process ends in any way
-  Lines lines_;
+  PipeLines lines_;
   ProcessEnd end_;
 };
 
@@ -295,7 +249,13 @@ StopSignals::~StopSignals() {
 
 bool StopSignals::seen() const { return stop_seen; }
 
-Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<int(ParentLink&)>& work) {
+// A copy by fork needs none of these.
+std::unique_ptr<ParentLink> take_parent_link() { return nullptr; }
+void set_child_program(const std::filesystem::path&) {}
+void set_child_words(std::vector<std::string>) {}
+
+Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<int(ParentLink&)>& work,
+                                                            const std::string&) {
   std::array<int, 2> requests{-1, -1}, answers{-1, -1}, lifeline{-1, -1};
   if (!make_pipe(requests) || !make_pipe(answers) || !make_pipe(lifeline))
     return io_error("cannot make a pipe", errno);

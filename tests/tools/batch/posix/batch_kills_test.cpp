@@ -9,7 +9,7 @@
 
 #include "gltf_ext/files/temporary_file.h"
 #include "tests/support/child.h"
-#include "tests/tools/batch/batch_jobs.h"
+#include "tests/tools/batch/posix/batch_jobs.h"
 
 namespace psplit {
 namespace {

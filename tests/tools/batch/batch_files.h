@@ -1,16 +1,13 @@
-// Runs `gltf-psplit batch` as a process of its own, in a folder of the test.
+// Assets, outputs and reports of `gltf-psplit batch`, in a folder of the test.
 #pragma once
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <map>
 #include <sstream>
 
 #include "gltf_ext/json/json.h"
 #include "tests/support/sanitizers.h"
-#include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -22,7 +19,7 @@ inline constexpr bool kMeasuresMemory = false;
 inline constexpr bool kMeasuresMemory = true;
 #endif
 
-class BatchJobs : public CommandTest {
+class BatchFiles : public CommandTest {
  protected:
   void generate(const std::string& name, const std::string& faces = "500", const std::string& seed = "1") {
     std::filesystem::create_directories((folder_ / name).parent_path());
@@ -31,25 +28,6 @@ class BatchJobs : public CommandTest {
   void generate_many(int count, const std::string& faces = "500") {
     for (int i = 0; i < count; ++i) generate("in/" + std::to_string(i) + ".glb", faces, std::to_string(i));
   }
-
-  // Starts a shell in the test's folder. It knows the command as $P.
-  pid_t start(const std::string& words) const {
-    const pid_t child = fork();
-    if (child != 0) return child;
-    if (chdir(folder_.path().c_str()) != 0) _exit(98);
-    setenv("P", command_file(), 1);
-    const std::string script = words + " >out.txt 2>err.txt";
-    execl("/bin/sh", "sh", "-c", script.c_str(), static_cast<char*>(nullptr));
-    _exit(99);
-  }
-  int wait_for(pid_t child) {
-    int status = 0;
-    waitpid(child, &status, 0);
-    out_ = read_bytes(path("out.txt"));
-    err_ = read_bytes(path("err.txt"));
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
-  }
-  int shell(const std::string& words) { return wait_for(start(words)); }
 
   // The status of each asset in the lines of --progress json, by input.
   std::map<std::string, std::string> progress() const {

@@ -1,6 +1,6 @@
 // gltf-psplit batch as a job: shards, failures that may pass, signals, time-outs, memory, and object storage.
 // Each test runs the command as a process of its own.
-#include "tests/tools/batch/batch_jobs.h"
+#include "tests/tools/batch/posix/batch_jobs.h"
 
 #include <signal.h>
 #include <sys/stat.h>

@@ -145,6 +145,32 @@ Status space_error(const std::string& what, int error) {
 
 }  // namespace
 
+std::vector<char*> start_command(int argc, char** argv) { return {argv, argv + argc}; }
+
+std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
+  return std::fopen(path.c_str(), mode);
+}
+
+std::FILE* open_temporary() { return std::tmpfile(); }
+
+std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
+                             const std::filesystem::path&) {
+  std::error_code error;
+  std::filesystem::rename(from, to, error);
+  return error;
+}
+
+std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  std::filesystem::create_hard_link(from, to, error);
+  if (!error || error == std::errc::file_exists) return error;
+  // Some file systems have no hard links.
+  if (std::filesystem::exists(std::filesystem::symlink_status(to, error)))
+    return std::make_error_code(std::errc::file_exists);
+  std::filesystem::rename(from, to, error);
+  return error;
+}
+
 std::span<const uint8_t> map_file(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return {};
@@ -301,10 +327,14 @@ LockedLog::~LockedLog() {
   ::close(descriptor_);
 }
 
-Expected<bool> LockedLog::open(const std::filesystem::path& path) {
+Status LockedLog::join(const std::filesystem::path& path) {
   path_ = path;
   descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) return failure(path);
+  return descriptor_ < 0 ? failure(path) : Status();
+}
+
+Expected<bool> LockedLog::open(const std::filesystem::path& path) {
+  if (Status status = join(path); !status.ok()) return status;
   const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
   if (!locked || !*locked) return locked;
   resume();

@@ -1,0 +1,682 @@
+#include "gltf_ext/files/operating_system.h"
+
+#include <fcntl.h>
+#include <io.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/windows/path_facet.h"
+#include "gltf_ext/files/windows/system_calls.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+// A process that was killed keeps its locks until the system has freed its memory.
+constexpr auto kLockPatience = std::chrono::seconds(2);
+constexpr auto kLockRefresh = std::chrono::milliseconds(20);
+constexpr auto kSyncInterval = std::chrono::seconds(1);
+// Others may read, write, rename and remove what this process has open, as on other systems.
+constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+
+HANDLE handle_of(int descriptor) { return reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor)); }
+HANDLE handle_of(std::FILE* file) { return handle_of(::_fileno(file)); }
+
+Status failure(const fs::path& path) { return io_error("cannot use " + path.string(), errno_of_last_error()); }
+
+SystemHandle open_handle(const fs::path& path, DWORD access, DWORD creation,
+                         DWORD flags = FILE_ATTRIBUTE_NORMAL) {
+  return own(::CreateFileW(path.c_str(), access, kShareAll, nullptr, creation, flags, nullptr));
+}
+
+// -1 after an error, with its errno.
+int descriptor_of(SystemHandle handle, int flags) {
+  if (handle == nullptr) {
+    errno = errno_of_last_error();
+    return -1;
+  }
+  const int descriptor =
+      ::_open_osfhandle(reinterpret_cast<intptr_t>(handle.get()), flags | _O_BINARY | _O_NOINHERIT);
+  if (descriptor >= 0) handle.release();
+  return descriptor;
+}
+
+std::FILE* stream_of(SystemHandle handle, const char* mode) {
+  const bool reads = *mode == 'r', updates = std::strchr(mode, '+') != nullptr;
+  const int descriptor = descriptor_of(std::move(handle), updates ? _O_RDWR : reads ? _O_RDONLY : _O_WRONLY);
+  if (descriptor < 0) return nullptr;
+  std::FILE* const file = ::_fdopen(descriptor, mode);
+  if (file == nullptr) ::_close(descriptor);
+  return file;
+}
+
+OVERLAPPED at_offset(uint64_t offset) {
+  OVERLAPPED place{};
+  place.Offset = static_cast<DWORD>(offset);
+  place.OffsetHigh = static_cast<DWORD>(offset >> 32);
+  return place;
+}
+
+// The system's locks keep others from reading and writing what is locked. So one byte is locked that no file
+// has, and only those who ask for the lock see it.
+constexpr uint64_t kLockedByte = uint64_t{1} << 62;
+
+bool try_lock(HANDLE handle, bool is_shared) {
+  OVERLAPPED place = at_offset(kLockedByte);
+  const DWORD flags = LOCKFILE_FAIL_IMMEDIATELY | (is_shared ? 0 : LOCKFILE_EXCLUSIVE_LOCK);
+  return ::LockFileEx(handle, flags, 0, 1, 0, &place) != 0;
+}
+bool is_locked_by_other() {
+  const DWORD error = ::GetLastError();
+  return error == ERROR_LOCK_VIOLATION || error == ERROR_IO_PENDING;
+}
+void unlock(HANDLE handle) {
+  OVERLAPPED place = at_offset(kLockedByte);
+  ::UnlockFileEx(handle, 0, 1, 0, &place);
+}
+
+// False if another process holds the lock for as long as kLockPatience.
+Expected<bool> lock(HANDLE handle, const fs::path& path) {
+  const auto deadline = Clock::now() + kLockPatience;
+  while (!try_lock(handle, false)) {
+    if (!is_locked_by_other()) return io_error("cannot lock " + path.string(), errno_of_last_error());
+    if (Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(kLockRefresh);
+  }
+  return true;
+}
+
+// Not a disk: nothing to wait for.
+bool sync_handle(HANDLE handle) {
+  return ::FlushFileBuffers(handle) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION ||
+         ::GetLastError() == ERROR_INVALID_HANDLE;
+}
+
+std::string read_text(HANDLE handle) {
+  char text[64];
+  DWORD size = 0;
+  OVERLAPPED place = at_offset(0);
+  return ::ReadFile(handle, text, sizeof(text), &size, &place) != 0 ? std::string(text, size) : std::string();
+}
+
+uint64_t size_of(HANDLE handle) {
+  LARGE_INTEGER size{};
+  return ::GetFileSizeEx(handle, &size) != 0 ? static_cast<uint64_t>(size.QuadPart) : 0;
+}
+
+bool set_size(HANDLE handle, uint64_t bytes) {
+  LARGE_INTEGER size{};
+  size.QuadPart = static_cast<LONGLONG>(bytes);
+  return ::SetFilePointerEx(handle, size, nullptr, FILE_BEGIN) != 0 && ::SetEndOfFile(handle) != 0;
+}
+
+// A mapped file. Handlers of exceptions read it: `end` is 0 while the other members change.
+struct MappedRange {
+  std::atomic<uintptr_t> begin = 0, end = 0;
+  std::atomic<const char*> name = nullptr;
+  HANDLE file = nullptr;  // open for as long, because a temporary file ends with its last handle
+
+  bool contains(uintptr_t address) const {
+    const uintptr_t last = end.load(std::memory_order_acquire);
+    return address < last && address >= begin.load(std::memory_order_relaxed);
+  }
+};
+
+constexpr size_t kMostMappedFiles = 256;  // more files than that are read
+std::array<MappedRange, kMostMappedFiles> mapped_ranges;
+std::mutex mapping_mutex;  // of changes to the ranges, the count and the handler
+size_t mapped_count = 0;
+void* exception_handler = nullptr;
+
+const MappedRange* mapped_range_at(uintptr_t address) {
+  for (const MappedRange& range : mapped_ranges)
+    if (range.contains(address)) return &range;
+  return nullptr;
+}
+
+void print_in_handler(const char* text) {
+  DWORD written = 0;
+  ::WriteFile(::GetStdHandle(STD_ERROR_HANDLE), text, static_cast<DWORD>(std::strlen(text)), &written, nullptr);
+}
+
+// The device of a mapped file failed. Here a mapped file cannot become shorter.
+LONG CALLBACK end_with_file_name(EXCEPTION_POINTERS* exception) {
+  const EXCEPTION_RECORD& record = *exception->ExceptionRecord;
+  if (record.ExceptionCode != EXCEPTION_IN_PAGE_ERROR || record.NumberParameters < 2)
+    return EXCEPTION_CONTINUE_SEARCH;
+  const MappedRange* range = mapped_range_at(record.ExceptionInformation[1]);
+  if (range == nullptr) return EXCEPTION_CONTINUE_SEARCH;
+  print_in_handler("gltf-psplit: error: ");
+  print_in_handler(range->name.load(std::memory_order_relaxed));
+  print_in_handler(": the file's device failed while it was read\n");
+  ::TerminateProcess(::GetCurrentProcess(), kExitIo);
+  return EXCEPTION_CONTINUE_SEARCH;
+}
+
+// False if there are too many mapped files already. The first one installs the handler.
+bool enter_mapped(std::span<const uint8_t> bytes, const fs::path& path, HANDLE file) {
+  const std::lock_guard lock(mapping_mutex);
+  for (MappedRange& range : mapped_ranges) {
+    if (range.end.load(std::memory_order_relaxed) != 0) continue;
+    const char* name = ::_strdup(path.string().c_str());
+    if (name == nullptr) return false;
+    const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
+    range.begin.store(begin, std::memory_order_relaxed);
+    range.name.store(name, std::memory_order_relaxed);
+    range.file = file;
+    range.end.store(begin + bytes.size(), std::memory_order_release);
+    if (mapped_count++ == 0) exception_handler = ::AddVectoredExceptionHandler(1, end_with_file_name);
+    return true;
+  }
+  return false;
+}
+
+// Maps all bytes of a file, which is not empty. Null after an error.
+void* map_handle(HANDLE file, bool writes) {
+  const SystemHandle section =
+      own(::CreateFileMappingW(file, nullptr, writes ? PAGE_READWRITE : PAGE_READONLY, 0, 0, nullptr));
+  if (section == nullptr) return nullptr;
+  return ::MapViewOfFile(section.get(), writes ? FILE_MAP_WRITE : FILE_MAP_READ, 0, 0, 0);
+}
+
+SystemHandle duplicate(HANDLE handle) {
+  HANDLE copy = nullptr;
+  ::DuplicateHandle(::GetCurrentProcess(), handle, ::GetCurrentProcess(), &copy, 0, FALSE,
+                    DUPLICATE_SAME_ACCESS);
+  return own(copy);
+}
+
+// Maps a file and enters it. Errors: those of io_error.
+Expected<std::span<uint8_t>> map_and_enter(SystemHandle file, uint64_t bytes, bool writes,
+                                           const fs::path& name) {
+  if (file == nullptr) return failure(name);
+  void* const address = map_handle(file.get(), writes);
+  if (address == nullptr) return io_error("cannot map " + name.string(), errno_of_last_error());
+  const std::span<uint8_t> mapped(static_cast<uint8_t*>(address), static_cast<size_t>(bytes));
+  if (enter_mapped(mapped, name, file.get())) {
+    file.release();
+    return mapped;
+  }
+  ::UnmapViewOfFile(address);
+  return may_pass("too many mapped files");
+}
+
+// The limit on a file's size is that of the file system, so another folder may have a larger one.
+Status space_error(const std::string& what) {
+  const int error = errno_of_last_error();
+  return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
+}
+
+// The names of files that the end of the process removes. Whoever takes a name out of its place owns it.
+constexpr size_t kMostRemovedAtStop = 64;
+std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
+
+UINT output_code_page = 0;  // of the terminal before this process; 0 if there is none
+void restore_terminal() {
+  if (output_code_page != 0) ::SetConsoleOutputCP(output_code_page);
+}
+
+// The system calls it in a thread of its own, so that it may do anything.
+BOOL WINAPI end_at_stop(DWORD) {
+  for (std::atomic<const char*>& place : removed_at_stop)
+    if (const char* name = place.exchange(nullptr)) ::DeleteFileW(wide(name).c_str());
+  // On a terminal, the line of a progress bar is overwritten.
+  print_in_handler(is_terminal(stderr) ? "\r\033[K" : "");
+  print_in_handler("gltf-psplit: error: stopped by a signal\n");
+  restore_terminal();
+  ::TerminateProcess(::GetCurrentProcess(), kExitMayPass);
+  return TRUE;
+}
+
+SystemHandle create_unnamed(const fs::path& folder) {
+  std::random_device random;
+  for (int tries = 0; tries < 16; ++tries) {
+    std::string name = ".psplit-";
+    while (name.size() < 24) name += "0123456789abcdef"[random() % 16];
+    SystemHandle handle =
+        open_handle(folder / name, GENERIC_READ | GENERIC_WRITE | DELETE, CREATE_NEW,
+                    FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE);
+    if (handle != nullptr || ::GetLastError() != ERROR_FILE_EXISTS) return handle;
+  }
+  return nullptr;
+}
+
+// Whether the first character of a name matches the set after a '['. Moves `pattern` behind its ']'. A set
+// without end is no set.
+std::optional<bool> matches_set(char letter, std::string_view& pattern) {
+  std::string_view rest = pattern;
+  const bool negated = rest.starts_with('!') || rest.starts_with('^');
+  if (negated) rest.remove_prefix(1);
+  bool found = false;
+  for (bool is_first = true; !rest.empty() && (is_first || rest[0] != ']'); is_first = false) {
+    const char low = rest[0];
+    const bool is_range = rest.size() > 2 && rest[1] == '-' && rest[2] != ']';
+    found = found || (low <= letter && letter <= (is_range ? rest[2] : low));
+    rest.remove_prefix(is_range ? 3 : 1);
+  }
+  if (rest.empty()) return std::nullopt;
+  pattern = rest.substr(1);
+  return found != negated;
+}
+
+// One character of UTF-8.
+size_t bytes_of_character(std::string_view text) {
+  size_t bytes = 1;
+  while (bytes < text.size() && (static_cast<unsigned char>(text[bytes]) & 0xc0) == 0x80) ++bytes;
+  return bytes;
+}
+
+bool matches(std::string_view name, std::string_view pattern) {
+  while (!pattern.empty()) {
+    const char first = pattern[0];
+    pattern.remove_prefix(1);
+    if (first == '*') {
+      for (size_t i = 0; i <= name.size(); ++i)
+        if (matches(name.substr(i), pattern)) return true;
+      return false;
+    }
+    if (name.empty()) return false;
+    if (first == '?') {
+      name.remove_prefix(bytes_of_character(name));
+      continue;
+    }
+    const std::optional<bool> in_set = first == '[' ? matches_set(name[0], pattern) : std::nullopt;
+    if (!in_set.value_or(first == name[0])) return false;
+    name.remove_prefix(1);
+  }
+  return name.empty();
+}
+
+}  // namespace
+
+std::error_code rename_to_new(const fs::path& from, const fs::path& to) {
+  return ::MoveFileExW(from.c_str(), to.c_str(), 0) != 0 ? std::error_code() : last_error();
+}
+
+std::vector<char*> start_command(int argc, char** argv) {
+  // A crash ends the process; no dialogue waits for a user.
+  ::SetErrorMode(SEM_FAILCRITICALERRORS | SEM_NOGPFAULTERRORBOX);
+  for (std::FILE* const stream : {stdin, stdout, stderr}) ::_setmode(::_fileno(stream), _O_BINARY);
+  for (std::FILE* const stream : {stdout, stderr}) {
+    DWORD mode = 0;
+    if (::GetConsoleMode(handle_of(stream), &mode) == 0) continue;
+    ::SetConsoleMode(handle_of(stream), mode | ENABLE_VIRTUAL_TERMINAL_PROCESSING);
+    if (output_code_page != 0) continue;
+    output_code_page = ::GetConsoleOutputCP();
+    ::SetConsoleOutputCP(CP_UTF8);
+    std::atexit(restore_terminal);
+  }
+  // The words of `main` have lost what is not in the code page.
+  int count = 0;
+  wchar_t** const words = ::CommandLineToArgvW(::GetCommandLineW(), &count);
+  if (words == nullptr) return {argv, argv + argc};
+  static std::vector<std::string> texts;
+  for (int i = 0; i < count; ++i) texts.push_back(utf8(words[i]));
+  ::LocalFree(words);
+  std::vector<char*> result;
+  for (std::string& text : texts) result.push_back(text.data());
+  return result;
+}
+
+std::FILE* open_file(const fs::path& path, const char* mode) {
+  const bool reads = *mode == 'r', updates = std::strchr(mode, '+') != nullptr;
+  const DWORD access = updates ? GENERIC_READ | GENERIC_WRITE : reads ? GENERIC_READ : GENERIC_WRITE;
+  return stream_of(open_handle(path, access, reads ? OPEN_EXISTING : CREATE_ALWAYS), mode);
+}
+
+std::FILE* open_temporary() {
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  return stream_of(create_unnamed(folder), "w+b");
+}
+
+std::error_code replace_file(const fs::path& from, const fs::path& to, const fs::path& aside) {
+  const DWORD before = ::GetFileAttributesW(to.c_str());
+  const bool was_read_only = before != INVALID_FILE_ATTRIBUTES && (before & FILE_ATTRIBUTE_READONLY) != 0;
+  if (was_read_only) ::SetFileAttributesW(to.c_str(), before & ~static_cast<DWORD>(FILE_ATTRIBUTE_READONLY));
+  std::error_code error;
+  if (::MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING) == 0) {
+    error = last_error();
+    const bool is_in_use = ::GetLastError() == ERROR_ACCESS_DENIED ||
+                           ::GetLastError() == ERROR_SHARING_VIOLATION ||
+                           ::GetLastError() == ERROR_USER_MAPPED_FILE;
+    // A file that is open or mapped can be renamed.
+    if (is_in_use && before != INVALID_FILE_ATTRIBUTES && ::MoveFileExW(to.c_str(), aside.c_str(), 0) != 0) {
+      if (::MoveFileExW(from.c_str(), to.c_str(), 0) != 0)
+        error = {};
+      else
+        ::MoveFileExW(aside.c_str(), to.c_str(), 0);
+      // What is still mapped goes with the last handle, which stays open until this process ends.
+      if (!error && ::DeleteFileW(aside.c_str()) == 0)
+        open_handle(aside, DELETE, OPEN_EXISTING, FILE_FLAG_DELETE_ON_CLOSE).release();
+    }
+  }
+  // The new file has the permission of the one that it replaced; if that stayed, it has its own.
+  if (was_read_only)
+    ::SetFileAttributesW(to.c_str(),
+                         ::GetFileAttributesW(to.c_str()) | static_cast<DWORD>(FILE_ATTRIBUTE_READONLY));
+  return error;
+}
+
+std::span<const uint8_t> map_file(const fs::path& path) {
+  SystemHandle file = open_handle(path, GENERIC_READ, OPEN_EXISTING);
+  if (file == nullptr || ::GetFileType(file.get()) != FILE_TYPE_DISK) return {};
+  const uint64_t size = size_of(file.get());
+  if (size == 0 || size > SIZE_MAX) return {};
+  const Expected<std::span<uint8_t>> mapped = map_and_enter(std::move(file), size, false, path);
+  return mapped ? *mapped : std::span<const uint8_t>();
+}
+
+Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file) {
+  const HANDLE handle = handle_of(file.descriptor_);
+  const uint64_t size = size_of(handle);
+  if (size == 0) return std::span<const uint8_t>();
+  const Expected<std::span<uint8_t>> mapped =
+      map_and_enter(duplicate(handle), size, false, file.folder_ / "(temporary file)");
+  if (!mapped) return mapped.status();
+  return std::span<const uint8_t>(*mapped);
+}
+
+Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) {
+  if (bytes == 0) return std::span<uint8_t>();
+  if (bytes > static_cast<uint64_t>(PTRDIFF_MAX)) return io_error("cannot map a temporary file", EFBIG);
+  const HANDLE handle = handle_of(file.descriptor_);
+  if (!set_size(handle, bytes))
+    return space_error("cannot take " + std::to_string(bytes) + " bytes of temporary space");
+  return map_and_enter(duplicate(handle), bytes, true, "a temporary file");
+}
+
+void unmap_file(std::span<const uint8_t> bytes) {
+  const std::lock_guard lock(mapping_mutex);
+  const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
+  for (MappedRange& range : mapped_ranges) {
+    if (range.end.load(std::memory_order_relaxed) == 0 || range.begin.load(std::memory_order_relaxed) != begin)
+      continue;
+    ::UnmapViewOfFile(bytes.data());
+    range.end.store(0, std::memory_order_release);
+    ::CloseHandle(std::exchange(range.file, nullptr));
+    std::free(const_cast<char*>(range.name.exchange(nullptr)));
+    if (--mapped_count == 0) ::RemoveVectoredExceptionHandler(exception_handler);
+    return;
+  }
+}
+
+void release_mapped(std::span<const uint8_t> bytes) {
+  const auto first = reinterpret_cast<uintptr_t>(bytes.data());
+  const MappedRange* range = mapped_range_at(first);
+  if (range == nullptr) return;
+  SYSTEM_INFO system{};
+  ::GetSystemInfo(&system);
+  const uintptr_t page = system.dwPageSize, file_end = range->end.load(std::memory_order_relaxed);
+  const uintptr_t last = std::min(first + bytes.size(), file_end);
+  const uintptr_t begin = (first + page - 1) / page * page;
+  // The last page of a file is usually not full.
+  const uintptr_t end = last == file_end ? (last + page - 1) / page * page : last / page * page;
+  // To unlock pages that are not locked takes them out of the working set.
+  if (begin < end) ::VirtualUnlock(reinterpret_cast<void*>(begin), end - begin);
+}
+
+std::FILE* create_locked(const fs::path& path) {
+  SystemHandle handle = open_handle(path, GENERIC_WRITE, CREATE_NEW);
+  if (handle != nullptr && !try_lock(handle.get(), false) && is_locked_by_other()) {
+    errno = EEXIST;  // remove_if_unlocked has it
+    return nullptr;
+  }
+  return stream_of(std::move(handle), "wb");
+}
+
+void remove_if_unlocked(const fs::path& path, const std::function<void()>& before) {
+  const SystemHandle handle =
+      open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING, FILE_FLAG_OPEN_REPARSE_POINT);
+  if (handle == nullptr || !try_lock(handle.get(), false)) return;
+  if (before) before();
+  ::DeleteFileW(path.c_str());
+}
+
+bool sync_to_disk(std::FILE* file) {
+  if (std::fflush(file) != 0) return false;
+  if (sync_handle(handle_of(file))) return true;
+  errno = errno_of_last_error();
+  return false;
+}
+
+// The file system writes the names of files itself.
+Status sync_to_disk(const fs::path&) { return {}; }
+
+bool matches_pattern(const std::string& name, const std::string& pattern) {
+  const bool shows_hidden = pattern.starts_with('.');
+  return (shows_hidden || !name.starts_with('.')) && matches(name, pattern);
+}
+
+StopEndsProcess::StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, TRUE); }
+StopEndsProcess::~StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, FALSE); }
+
+RemovedAtStop::RemovedAtStop(const fs::path& path) {
+  const char* const name = ::_strdup(path.string().c_str());
+  if (name == nullptr) return;
+  for (std::atomic<const char*>& place : removed_at_stop) {
+    const char* free = nullptr;
+    if (!place.compare_exchange_strong(free, name)) continue;
+    place_ = &place;
+    return;
+  }
+  std::free(const_cast<char*>(name));
+}
+
+RemovedAtStop::~RemovedAtStop() {
+  if (place_ != nullptr) std::free(const_cast<char*>(place_->exchange(nullptr)));
+}
+
+// There is no such limit.
+void let_writes_past_size_limit_fail() {}
+
+LockedLog::~LockedLog() {
+  if (descriptor_ < 0) return;
+  sync_handle(handle_of(descriptor_));
+  ::_close(descriptor_);
+}
+
+Status LockedLog::join(const fs::path& path) {
+  path_ = path;
+  // With this right alone, each write appends.
+  descriptor_ = descriptor_of(open_handle(path, GENERIC_READ | FILE_APPEND_DATA, OPEN_ALWAYS), _O_APPEND);
+  return descriptor_ < 0 ? io_error("cannot use " + path.string(), errno) : Status();
+}
+
+Expected<bool> LockedLog::open(const fs::path& path) {
+  if (Status status = join(path); !status.ok()) return status;
+  const Expected<bool> locked = lock(handle_of(descriptor_), path);
+  if (!locked || !*locked) return locked;
+  resume();
+  return true;
+}
+
+void LockedLog::resume() {
+  if (descriptor_ < 0) return;
+  const HANDLE handle = handle_of(descriptor_);
+  char last = '\n';
+  DWORD got = 0;
+  const uint64_t end = size_of(handle);
+  OVERLAPPED place = at_offset(end - std::min<uint64_t>(end, 1));
+  is_cut_short_ = end > 0 && ::ReadFile(handle, &last, 1, &got, &place) != 0 && got == 1 && last != '\n';
+}
+
+Status LockedLog::append(std::string_view lines) {
+  std::string text = is_cut_short_ ? "\n" : "";
+  text += lines;
+  DWORD written = 0;
+  const bool is_ok =
+      ::WriteFile(handle_of(descriptor_), text.data(), static_cast<DWORD>(text.size()), &written, nullptr) != 0;
+  if (!is_ok && written == 0) return failure(path_);
+  if (is_ok && written == text.size()) {
+    is_cut_short_ = false;
+    return Clock::now() - synced_ < kSyncInterval ? Status() : sync();
+  }
+  // A write in part has no error of its own: the disk is full.
+  is_cut_short_ = true;
+  return io_error("cannot use " + path_.string(), ENOSPC);
+}
+
+Status LockedLog::sync() {
+  synced_ = Clock::now();
+  return sync_handle(handle_of(descriptor_)) ? Status() : failure(path_);
+}
+
+bool is_owned(const fs::path& path) {
+  // A shared lock, for a moment: one who wants to own the file then waits.
+  const SystemHandle handle = open_handle(path, GENERIC_READ, OPEN_EXISTING);
+  return handle != nullptr && !try_lock(handle.get(), true) && is_locked_by_other();
+}
+
+GroupLock::~GroupLock() {
+  if (descriptor_ >= 0) ::_close(descriptor_);
+}
+
+Status GroupLock::open(const fs::path& path) {
+  descriptor_ = descriptor_of(open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_ALWAYS), _O_RDWR);
+  return descriptor_ < 0 ? io_error("cannot use " + path.string(), errno) : Status();
+}
+
+Expected<bool> GroupLock::join(const fs::path& path, const std::string& group) {
+  if (Status status = open(path); !status.ok()) return status;
+  const HANDLE handle = handle_of(descriptor_);
+  for (const auto deadline = Clock::now() + kLockPatience;; std::this_thread::sleep_for(kLockRefresh)) {
+    // The first process of a group is alone for the moment in which it writes the name.
+    if (try_lock(handle, false)) {
+      DWORD written = 0;
+      OVERLAPPED place = at_offset(0);
+      // The file is never empty in between, also if the disk is full.
+      const bool is_named =
+          read_text(handle) == group ||
+          (::WriteFile(handle, group.data(), static_cast<DWORD>(group.size()), &written, &place) != 0 &&
+           written == group.size() && set_size(handle, group.size()));
+      const Status status = is_named ? Status() : failure(path);
+      unlock(handle);  // a lock is not exchanged for a shared one: others may be first
+      if (!status.ok()) return status;
+    } else if (!is_locked_by_other()) {
+      return io_error("cannot lock " + path.string(), errno_of_last_error());
+    }
+    if (try_lock(handle, true)) {
+      if (read_text(handle) == group) return true;
+      unlock(handle);
+    } else if (!is_locked_by_other()) {
+      return io_error("cannot lock " + path.string(), errno_of_last_error());
+    }
+    if (Clock::now() > deadline) return false;
+  }
+}
+
+Expected<std::optional<std::string>> GroupLock::take(const fs::path& path) {
+  if (Status status = open(path); !status.ok()) return status;
+  const Expected<bool> locked = lock(handle_of(descriptor_), path);
+  if (!locked) return locked.status();
+  return *locked ? std::optional(read_text(handle_of(descriptor_))) : std::nullopt;
+}
+
+UnnamedFile::UnnamedFile(UnnamedFile&& other) noexcept
+    : folder_(std::move(other.folder_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+UnnamedFile& UnnamedFile::operator=(UnnamedFile&& other) noexcept {
+  std::swap(folder_, other.folder_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+void UnnamedFile::close() {
+  if (descriptor_ >= 0) ::_close(descriptor_);
+  descriptor_ = -1;
+}
+
+// It has a name, and goes with its last handle.
+fs::path UnnamedFile::path() const {
+  std::wstring name(32768, L'\0');
+  const DWORD size =
+      ::GetFinalPathNameByHandleW(handle_of(descriptor_), name.data(), static_cast<DWORD>(name.size()), 0);
+  name.resize(size < name.size() ? size : 0);
+  return name;
+}
+
+Expected<UnnamedFile> UnnamedFile::create(const fs::path& folder) {
+  UnnamedFile file;
+  file.folder_ = folder.empty() ? "." : folder;
+  file.descriptor_ = descriptor_of(create_unnamed(file.folder_), _O_RDWR);
+  if (file.descriptor_ < 0)
+    return io_error("cannot create a temporary file in " + file.folder_.string(), errno);
+  return file;
+}
+
+Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
+  constexpr size_t kMost = size_t{1} << 30;
+  while (!bytes.empty()) {
+    OVERLAPPED place = at_offset(offset);
+    DWORD written = 0;
+    const bool is_ok = ::WriteFile(handle_of(descriptor_), bytes.data(),
+                                   static_cast<DWORD>(std::min(bytes.size(), kMost)), &written, &place) != 0;
+    const std::string what = "cannot write a temporary file in " + folder_.string();
+    if (!is_ok) return space_error(what);
+    if (written == 0) return io_error(what, ENOSPC);
+    bytes = bytes.subspan(written);
+    offset += written;
+  }
+  return {};
+}
+
+Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
+  constexpr size_t kMost = size_t{1} << 30;
+  while (!to.empty()) {
+    OVERLAPPED place = at_offset(offset);
+    DWORD got = 0;
+    const bool is_ok = ::ReadFile(handle_of(descriptor_), to.data(),
+                                  static_cast<DWORD>(std::min(to.size(), kMost)), &got, &place) != 0;
+    if (!is_ok || got == 0)
+      return io_error("cannot read a temporary file in " + folder_.string(),
+                      is_ok ? EIO : errno_of_last_error());
+    to = to.subspan(got);
+    offset += got;
+  }
+  return {};
+}
+
+bool is_in_memory(const fs::path&) { return false; }
+
+bool is_read_only(const fs::path& path) {
+  const DWORD attributes = ::GetFileAttributesW(path.c_str());
+  if (attributes == INVALID_FILE_ATTRIBUTES) return false;
+  if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) return true;
+  return open_handle(path, GENERIC_WRITE, OPEN_EXISTING) == nullptr && ::GetLastError() == ERROR_ACCESS_DENIED;
+}
+
+// A new file has the permissions that its folder gives; replace_file keeps what a file has of its own.
+void copy_permissions(const fs::path&, std::FILE*) {}
+
+bool may_write_into(const fs::path& folder) {
+  return open_handle(folder, FILE_ADD_FILE, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS) != nullptr;
+}
+
+bool is_terminal(std::FILE* stream) {
+  DWORD mode = 0;
+  return ::GetConsoleMode(handle_of(stream), &mode) != 0;
+}
+
+size_t terminal_columns(std::FILE* stream) {
+  CONSOLE_SCREEN_BUFFER_INFO screen{};
+  if (::GetConsoleScreenBufferInfo(handle_of(stream), &screen) == 0) return 0;
+  return static_cast<size_t>(screen.srWindow.Right - screen.srWindow.Left + 1);
+}
+
+void keep_freed_memory() {}
+
+}  // namespace psplit

@@ -1,0 +1,11 @@
+#include "tests/support/environment.h"
+
+#include <stdlib.h>
+
+namespace psplit {
+
+void set_variable(const char* name, const char* value) { _putenv_s(name, value == nullptr ? "" : value); }
+
+const char* null_device() { return "NUL"; }
+
+}  // namespace psplit
