@@ -74,11 +74,11 @@ TEST(ThreadPool, HasNoMoreThreadsThanItSays) {
 TEST(ThreadPool, Nests) {
   for (const int threads : {2, 4}) {
     const ThreadPool pool(threads);
-    std::vector<std::vector<int>> runs(20, std::vector<int>(30));
+    std::vector<std::vector<int>> runs(20, std::vector<int>(60));
     pool.for_each(20, [&](size_t i) {
-      pool.for_each(30, [&](size_t j) { pool.for_each(2, [&](size_t k) { runs[i][j] += k == 0; }); });
+      pool.for_each(30, [&](size_t j) { pool.for_each(2, [&](size_t k) { ++runs[i][2 * j + k]; }); });
     });
-    for (const std::vector<int>& row : runs) EXPECT_EQ(row, std::vector<int>(30, 1));
+    for (const std::vector<int>& row : runs) EXPECT_EQ(row, std::vector<int>(60, 1));
   }
 }
 
