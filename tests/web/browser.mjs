@@ -13,11 +13,13 @@ import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import path from 'node:path';
-import test, { after } from 'node:test';
+import test, { after, before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { modules_folder, package_folder } from './load.mjs';
 
 export const kMostMs = 60000;
+// On a busy machine, Chromium itself needs about a minute to start. That is no part of a test.
+const kMostMsToStart = 180000;
 
 const chromium = ['chromium', 'chromium-browser', 'google-chrome']
   .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
@@ -31,13 +33,19 @@ let browser = null;
 export async function open_browser() {
   const puppeteer = createRequire(path.join(modules_folder, 'package.json'))('puppeteer-core');
   // Chromium's sandbox does not work for root.
-  browser ??= puppeteer.launch({ executablePath: chromium, pipe: true, protocolTimeout: kMostMs, args: [
+  browser ??= puppeteer.launch({ executablePath: chromium, pipe: true, timeout: kMostMsToStart, protocolTimeout: kMostMsToStart, args: [
     ...(process.getuid?.() === 0 ? ['--no-sandbox'] : []), '--disable-dev-shm-usage', '--use-angle=swiftshader',
     '--enable-unsafe-swiftshader', '--js-flags=--expose-gc'] });
   return browser;
 }
-export const close_browser = async () => (await browser)?.close();
-let closes_browser = false;
+let has_browser = false;
+// Starts Chromium before the tests of this file, and ends it after them.
+export function need_browser() {
+  if (has_browser || skip) return;
+  has_browser = true;
+  before(open_browser, { timeout: kMostMsToStart });
+  after(async () => (await browser)?.close(), { timeout: kMostMs });
+}
 
 const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css',
   '.json': 'application/json', '.wasm': 'application/wasm', '.gltf': 'model/gltf+json', '.glb': 'model/gltf-binary' };
@@ -113,8 +121,7 @@ export async function open_page(url) {
  *   `result` is the script's promise
  */
 export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
-  if (!closes_browser) after(close_browser);
-  closes_browser = true;
+  need_browser();
   test(name, { skip: skip || why, timeout: kMostMs }, async () => {
     const site = await start_site(options);
     let opened;

@@ -4,7 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
-import { close_browser, kMostMs, open_page, skip as no_chromium } from './browser.mjs';
+import { kMostMs, need_browser, open_page, skip as no_chromium } from './browser.mjs';
 import { gltf_psplit, root } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
@@ -13,14 +13,14 @@ const pictures = path.join(root, 'build/web/pictures');
 const skip = no_chromium || (gltf_psplit === null && 'there is no gltf-psplit');
 const { server } = await import(path.join(viewer, 'serve.mjs'));
 
+need_browser();
 before(async () => {
   if (skip !== false) return;
   execFileSync(path.join(viewer, 'build'), { env: { ...process.env, PSPLIT: gltf_psplit }, stdio: ['ignore', 'ignore', 'inherit'] });
   mkdirSync(pictures, { recursive: true });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 });
-after(async () => {
-  await close_browser();
+after(() => {
   server.close();
   server.closeAllConnections();
 });
