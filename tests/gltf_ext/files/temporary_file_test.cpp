@@ -5,6 +5,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
@@ -70,16 +71,18 @@ TEST_F(Temporaries, FilesOfOthersStay) {
                                fs::path(other_digit).filename().string(),
                                "other-" + real.filename().string()};
   for (const std::string& name : names) std::ofstream(folder_ / name) << "theirs";
-  fs::create_symlink("x.glb.part", real);
+  if (has_links()) fs::create_symlink("x.glb.part", real);
   remove_dead_temporaries(folder_);
-  EXPECT_EQ(file_count(), std::ssize(names) + 1);
+  EXPECT_EQ(file_count(), std::ssize(names) + (has_links() ? 1 : 0));
 }
 
 TEST_F(Temporaries, NewFilesTakeNoNameThatIsTaken) {
   EXPECT_EQ(*write_new_file(folder_ / "a", bytes_), true);
   EXPECT_EQ(*write_new_file(folder_ / "a", bytes_), false);
-  fs::create_symlink("nowhere", folder_ / "link");
-  EXPECT_EQ(*write_new_file(folder_ / "link", bytes_), false);
+  if (has_links()) {
+    fs::create_symlink("nowhere", folder_ / "link");
+    EXPECT_EQ(*write_new_file(folder_ / "link", bytes_), false);
+  }
   TemporaryFile late(folder_ / "a");
   EXPECT_EQ(late.rename_to_new(folder_ / "a"), std::errc::file_exists);
   EXPECT_EQ(write_new_file(folder_ / "none" / "a", bytes_).status().code(), StatusCode::kIo);

@@ -47,10 +47,11 @@ TEST_F(LinesOfAFile, MayBeLong) {
 
 TEST_F(LinesOfAFile, AreNotThoseOfFoldersOrMissingFiles) {
   EXPECT_EQ(TextLines::open(folder_ / "none").status().code(), StatusCode::kIo);
-  TextLines opened = must(TextLines::open(folder_.path()));
+  // Some systems open a folder as a file, and fail to read it.
+  Expected<TextLines> folder = TextLines::open(folder_.path());
   std::string_view line;
-  EXPECT_FALSE(opened.next(line));
-  EXPECT_EQ(opened.status().code(), StatusCode::kIo);
+  EXPECT_FALSE(folder && folder->next(line));
+  EXPECT_EQ((folder ? folder->status() : folder.status()).code(), StatusCode::kIo);
 }
 
 TEST(IoError, TellsWhatMayPass) {

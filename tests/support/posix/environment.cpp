@@ -11,6 +11,8 @@ void set_variable(const char* name, const char* value) {
     setenv(name, value, 1);
 }
 
+bool has_links() { return true; }
+
 const char* null_device() { return "/dev/null"; }
 
 }  // namespace psplit

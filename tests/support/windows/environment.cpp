@@ -6,6 +6,8 @@ namespace psplit {
 
 void set_variable(const char* name, const char* value) { _putenv_s(name, value == nullptr ? "" : value); }
 
+bool has_links() { return false; }
+
 const char* null_device() { return "NUL"; }
 
 }  // namespace psplit
