@@ -65,7 +65,8 @@ TEST_F(CompareCommand, QuotesItsCommandLineForAShell) {
 }
 
 TEST_F(CompareCommand, ReportsStateTheGainAndNameNoFolder) {
-  const std::string input = sample("gyroid", "4000"), folder = std::filesystem::path(input).parent_path().string();
+  const std::string input = sample("gyroid", "4000"),
+                    folder = std::filesystem::path(input).parent_path().string();
   for (const std::string format : {"text", "json", "html"}) {
     const std::string report = path("report." + format);
     must_run({"compare", input, "--patches", "2,4", "--repeat", "1", "--format", format, "--output=" + report});
