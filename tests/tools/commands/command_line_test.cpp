@@ -6,9 +6,6 @@
 namespace psplit {
 namespace {
 
-const char* const kCommands[] = {"encode",  "batch",    "decode",  "expand",
-                                 "inspect", "validate", "compare", "generate"};
-
 class CommandLine : public CommandOnSamples {};
 
 // A list of wrong command lines, which makes this function long.

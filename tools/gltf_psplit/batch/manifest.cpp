@@ -8,6 +8,7 @@
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
