@@ -46,8 +46,8 @@ struct EncodeOptions {
   bool by_libdraco = false;  // libdraco encodes the patches, for reference: to the same bytes, in more time
   // Each stream gets the fewest bytes that one of Draco's predictions gives it, in place of what encode_speed
   // chooses: they are tried for each attribute of each patch. Encoding takes longer. Decoding should, too,
-  // where predictions are those of speed 0. Any Draco decoder reads the streams. libdraco cannot choose so: no effect with
-  // by_libdraco.
+  // where predictions are those of speed 0. Any Draco decoder reads the streams. libdraco cannot choose so: no
+  // effect with by_libdraco.
   bool choose_by_bytes = false;
   // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
   // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
