@@ -46,6 +46,11 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
   return codings;
 }
 
+Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<double> max_error,
+                                   double step) {
+  return max_error ? position_bits_for_error(coding, *max_error) : position_bits_for_step(coding, step);
+}
+
 Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh) {
   std::map<size_t, double> steps;  // the finest that the edges of one of the group's meshes want
@@ -61,8 +66,7 @@ Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<do
     for (size_t i = 0; i < codings[mesh].size(); ++i) {
       AttributeCoding& coding = codings[mesh][i];
       if (coding.bits == 0 || meshes[mesh].mesh->attributes[i].semantic != "POSITION") continue;
-      const Expected<int> bits = max_error ? position_bits_for_error(coding, *max_error)
-                                           : position_bits_for_step(coding, steps[meshes[mesh].group]);
+      const Expected<int> bits = choose_position_bits(coding, max_error, steps[meshes[mesh].group]);
       if (!bits) return bits.status();
       coding.bits = *bits;
     }

@@ -32,9 +32,10 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
                                                                 const std::set<std::string>& exact,
                                                                 const ThreadPool& pool);
 
-// Chooses the bits of positions for all meshes of a group together: those for an error of at most `max_error`,
-// or without it those that the edges allow (position_bits.h, whose errors it has). `mesh` is the number of the
-// mesh of an error.
+// The bits of positions for an error of at most `max_error`, or without it those for the step that the edges
+// allow. Errors: those of position_bits.h.
+Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<double> max_error, double step);
+// Sets the bits for all meshes of a group together. `mesh` is the number of the mesh of an error.
 Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh);
 

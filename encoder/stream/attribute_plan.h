@@ -46,6 +46,9 @@ inline constexpr int kSpeedWithoutPositions = 4;
 // The only speed at which the group of POSITION is walked by prediction degree.
 inline constexpr int kSpeedByDegree = 0;
 
+// Integers that are stored as they are have at most this many.
+inline constexpr int kMostBitsOfIntegers = 16;
+
 // Whether libdraco predicts texture coordinates of this many bits from positions of these. Positions without
 // bits are integers.
 constexpr bool predicts_texture(int position_bits, int texture_bits) {

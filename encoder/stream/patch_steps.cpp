@@ -72,9 +72,8 @@ bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& 
                                      std::span<const AttributeCoding> codings, size_t texcoords) {
   const Mesh& mesh = *welded.mesh;
   const auto positions = static_cast<size_t>(mesh.find("POSITION") - mesh.attributes.data());
-  constexpr int kBitsOfIntegers = 16;
   const auto is_float = [&](size_t i) { return mesh.attributes[i].component_type == ComponentType::kFloat32; };
-  const auto bits_of = [&](size_t i) { return is_float(i) ? codings[i].bits : kBitsOfIntegers; };
+  const auto bits_of = [&](size_t i) { return is_float(i) ? codings[i].bits : kMostBitsOfIntegers; };
   const int bits = bits_of(positions), texture_bits = bits_of(texcoords);
   if (texture_bits == 0 || mesh.attributes[positions].component_count != 3 ||
       (is_float(positions) && (bits == 0 || !predicts_texture(bits, texture_bits))))

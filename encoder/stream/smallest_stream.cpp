@@ -163,10 +163,8 @@ class SmallestAttributes {
     return tried;
   }
 
-  // Of integers, those that they have at most.
   int texture_bits(const AttributePlan& plan) const {
-    constexpr int kBitsOfIntegers = 16;
-    return plan.description.coding == Coding::kInteger ? kBitsOfIntegers : codings_[plan.source].bits;
+    return plan.description.coding == Coding::kInteger ? kMostBitsOfIntegers : codings_[plan.source].bits;
   }
 
   static size_t best_level(std::span<const Tried> tried) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,10 @@ struct EncodeDocumentOptions {
   }
   bool condenses() const { return condense && compat == Compat::kNone; }
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
+  // By which they are chosen if not by the edges.
+  std::optional<double> chosen_position_error() const {
+    return position_bits_by_edges ? std::nullopt : std::optional(max_position_error);
+  }
   CodingOptions coding() const {
     const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;
     return {first_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};

@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "encoder/coding/grid_places.h"
-#include "encoder/coding/position_bits.h"
 
 namespace psplit {
 namespace {
@@ -53,12 +52,6 @@ void EncodeJob::report(PrimitiveReport& report) {
   report.head_bytes = encoded.head_bytes;
   if (const AttributeCoding* coding = position_coding(); coding != nullptr) report.position_coding = *coding;
   report.statistics = encoded.statistics;
-}
-
-Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDocumentOptions& options,
-                                   double step) {
-  return options.position_bits_by_edges ? position_bits_for_step(coding, step)
-                                        : position_bits_for_error(coding, options.max_position_error);
 }
 
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {

@@ -58,11 +58,6 @@ struct EncodeJob {
   Place place(const Document& document) const { return place_of(document, group.ids.front()); }
 };
 
-// The bits that the options choose for positions. `step`: the one that the edges want (step_for_edges). Errors:
-// those of position_bits.h.
-Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDocumentOptions& options,
-                                   double step);
-
 // What the options say about the streams of a mesh, which are not condensed: condense_document does that when
 // all are there.
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options);

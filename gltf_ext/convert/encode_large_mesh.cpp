@@ -8,6 +8,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/shared_codings.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/out_of_core/cell_parts.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
@@ -48,7 +49,7 @@ Expected<std::vector<AttributeCoding>> codings_of(const LargeMesh& mesh, const C
   const double step = options.position_bits_by_edges ? step_for_edges(mesh.edges().lengths()) : 0;
   for (size_t i = 0; i < codings.size() && options.chooses_position_bits(); ++i) {
     if (mesh.attributes()[i].semantic != "POSITION" || codings[i].bits == 0) continue;
-    const Expected<int> bits = chosen_position_bits(codings[i], options, step);
+    const Expected<int> bits = choose_position_bits(codings[i], options.chosen_position_error(), step);
     if (!bits) return bits.status();
     codings[i].bits = *bits;
   }

@@ -130,11 +130,9 @@ Status choose_job_codings(const Document& document, const EncodeDocumentOptions&
     meshes.push_back({&jobs[k].mesh, groups[k], [&job = jobs[k]] { return stored_points_of(job); }});
   auto codings = choose_shared_codings(meshes, options.coding(), exact, pool);
   if (options.chooses_position_bits()) {
-    const auto max_error =
-        options.position_bits_by_edges ? std::nullopt : std::optional(options.max_position_error);
     size_t failed = 0;
-    if (Status status = choose_position_bits(meshes, max_error, codings, failed); !status.ok())
-      return std::move(status).at(jobs[failed].place(document));
+    Status status = choose_position_bits(meshes, options.chosen_position_error(), codings, failed);
+    if (!status.ok()) return std::move(status).at(jobs[failed].place(document));
   }
   for (size_t k = 0; k < jobs.size(); ++k) jobs[k].codings = std::move(codings[k]);
   return {};

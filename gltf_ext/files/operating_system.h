@@ -3,7 +3,6 @@
 // (scripts/check-includes).
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -71,19 +70,6 @@ class StopEndsProcess {
   ~StopEndsProcess();
   StopEndsProcess(const StopEndsProcess&) = delete;
   StopEndsProcess& operator=(const StopEndsProcess&) = delete;
-};
-
-// A file that such a signal removes. Thread-safe. There are places for 64 files at a time; others stay until
-// remove_if_unlocked finds them.
-class RemovedAtStop {
- public:
-  explicit RemovedAtStop(const std::filesystem::path& path);
-  ~RemovedAtStop();
-  RemovedAtStop(const RemovedAtStop&) = delete;
-  RemovedAtStop& operator=(const RemovedAtStop&) = delete;
-
- private:
-  std::atomic<const char*>* place_ = nullptr;
 };
 
 // A temporary file without a name: it disappears when the object is destroyed or the process ends, even by a

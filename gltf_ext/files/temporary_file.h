@@ -7,7 +7,7 @@
 #include <optional>
 #include <system_error>
 
-#include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/files/removed_at_stop.h"
 
 namespace psplit {
 

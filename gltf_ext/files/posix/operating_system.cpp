@@ -27,6 +27,7 @@
 #endif
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/removed_at_stop.h"
 
 namespace psplit {
 namespace {
@@ -101,15 +102,11 @@ void end_with_file_name(int signal_number, siginfo_t* info, void*) {
   ::_exit(kExitIo);
 }
 
-// The names of files that a signal removes. Whoever takes a name out of its place owns it.
-constexpr size_t kMostRemovedAtStop = 64;
-std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
 constexpr std::array kStopSignals = {SIGTERM, SIGINT, SIGHUP};
 std::array<struct sigaction, kStopSignals.size()> stop_handlers_before;
 
 void end_at_stop(int) {
-  for (std::atomic<const char*>& place : removed_at_stop)
-    if (const char* name = place.exchange(nullptr)) ::unlink(name);
+  RemovedAtStop::remove_all([](const char* name) { ::unlink(name); });
   // On a terminal, the line of a progress bar is overwritten.
   print_in_handler(::isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "");
   print_in_handler("gltf-psplit: error: stopped by a signal\n");
@@ -301,22 +298,6 @@ StopEndsProcess::StopEndsProcess() {
 StopEndsProcess::~StopEndsProcess() {
   for (size_t i = 0; i < kStopSignals.size(); ++i)
     ::sigaction(kStopSignals[i], &stop_handlers_before[i], nullptr);
-}
-
-RemovedAtStop::RemovedAtStop(const std::filesystem::path& path) {
-  const char* const name = ::strdup(path.c_str());
-  if (name == nullptr) return;
-  for (std::atomic<const char*>& place : removed_at_stop) {
-    const char* free = nullptr;
-    if (!place.compare_exchange_strong(free, name)) continue;
-    place_ = &place;
-    return;
-  }
-  std::free(const_cast<char*>(name));
-}
-
-RemovedAtStop::~RemovedAtStop() {
-  if (place_ != nullptr) std::free(const_cast<char*>(place_->exchange(nullptr)));
 }
 
 void let_writes_past_size_limit_fail() { std::signal(SIGXFSZ, SIG_IGN); }

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/removed_at_stop.h"
 #include "gltf_ext/files/windows/path_facet.h"
 #include "gltf_ext/files/windows/system_calls.h"
 
@@ -220,10 +221,6 @@ Status space_error(const std::string& what) {
   return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
 }
 
-// The names of files that the end of the process removes. Whoever takes a name out of its place owns it.
-constexpr size_t kMostRemovedAtStop = 64;
-std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
-
 UINT output_code_page = 0;  // of the terminal before this process; 0 if there is none
 void restore_terminal() {
   if (output_code_page != 0) ::SetConsoleOutputCP(output_code_page);
@@ -231,8 +228,7 @@ void restore_terminal() {
 
 // The system calls it in a thread of its own, so that it may do anything.
 BOOL WINAPI end_at_stop(DWORD) {
-  for (std::atomic<const char*>& place : removed_at_stop)
-    if (const char* name = place.exchange(nullptr)) ::DeleteFileW(wide(name).c_str());
+  RemovedAtStop::remove_all([](const char* name) { ::DeleteFileW(wide(name).c_str()); });
   // On a terminal, the line of a progress bar is overwritten.
   print_in_handler(is_terminal(stderr) ? "\r\033[K" : "");
   print_in_handler("gltf-psplit: error: stopped by a signal\n");
@@ -463,22 +459,6 @@ bool matches_pattern(const std::string& name, const std::string& pattern) {
 
 StopEndsProcess::StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, TRUE); }
 StopEndsProcess::~StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, FALSE); }
-
-RemovedAtStop::RemovedAtStop(const fs::path& path) {
-  const char* const name = ::_strdup(path.string().c_str());
-  if (name == nullptr) return;
-  for (std::atomic<const char*>& place : removed_at_stop) {
-    const char* free = nullptr;
-    if (!place.compare_exchange_strong(free, name)) continue;
-    place_ = &place;
-    return;
-  }
-  std::free(const_cast<char*>(name));
-}
-
-RemovedAtStop::~RemovedAtStop() {
-  if (place_ != nullptr) std::free(const_cast<char*>(place_->exchange(nullptr)));
-}
 
 // There is no such limit.
 void let_writes_past_size_limit_fail() {}

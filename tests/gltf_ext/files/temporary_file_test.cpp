@@ -5,21 +5,16 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tests/gltf_ext/files/temporary_files.h"
 #include "tests/support/environment.h"
 #include "tests/support/expect.h"
-#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Temporaries : public testing::Test {
- protected:
-  std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
-  TestFolder folder_;
-  const std::vector<uint8_t> bytes_ = std::vector<uint8_t>(100000, 7);
-};
+class Temporaries : public TemporaryFilesTest {};
 
 TEST_F(Temporaries, StayWhileTheyAreOpenAndCanBeRenamed) {
   ASSERT_TRUE(write_file(folder_ / "x.glb", {bytes_}).ok());

@@ -9,20 +9,15 @@
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/temporary_file.h"
+#include "tests/gltf_ext/files/temporary_files.h"
 #include "tests/support/child.h"
-#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
 
-class TemporaryProcesses : public testing::Test {
- protected:
-  std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
-  TestFolder folder_;
-  const std::vector<uint8_t> bytes_ = std::vector<uint8_t>(100000, 7);
-};
+class TemporaryProcesses : public TemporaryFilesTest {};
 
 TEST_F(TemporaryProcesses, WhatADeadWriterLeftGoes) {
   const fs::path target = folder_ / "x.glb";
