@@ -16,6 +16,8 @@ namespace {
 // The encoder counts symbols and compares choices of parallelograms in tables with an entry for every possible
 // symbol. These would take gigabytes for 30 bits.
 constexpr int kMaxEntropyBits = 24;
+// For many attributes of many values, tables of more bits take seconds for each stream.
+constexpr int kCheapEntropyBits = 21;
 
 Role role_of(const std::string& semantic) {
   const auto starts = [&](const char* prefix) { return semantic.starts_with(prefix); };
@@ -159,7 +161,8 @@ class Generator {
         for (const int speed : all_ ? std::vector{0, 3, 7} : std::vector{2}) {
           if (depth == kUsualBits[role] || (role == Role::NORMAL && depth == 1)) continue;
           if (depth > kMaxEntropyBits && speed < 2) continue;
-          Recipe recipe{.speed = speed, .entropy_coding = depth <= kMaxEntropyBits};
+          const int most = all_ || role == Role::POSITION ? kMaxEntropyBits : kCheapEntropyBits;
+          Recipe recipe{.speed = speed, .entropy_coding = depth <= most};
           recipe.bits[role] = depth;
           recipes.push_back(recipe);
         }
@@ -188,8 +191,9 @@ class Generator {
     std::vector<Recipe> recipes;
     for (const int depth : depths)
       for (const int speed : {0, 1, 2, 4, 6, 8, 10}) {
-        if (depth > kMaxEntropyBits && speed < 2) continue;
-        Recipe recipe{.speed = speed, .entropy_coding = depth <= 21};  // the values of all roles are far apart
+        if (depth > kCheapEntropyBits && speed < 2) continue;
+        // The values of all roles are far apart.
+        Recipe recipe{.speed = speed, .entropy_coding = depth <= kCheapEntropyBits};
         recipe.bits = {depth, depth, depth, depth, depth};
         recipes.push_back(recipe);
       }
