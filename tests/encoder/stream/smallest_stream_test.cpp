@@ -137,8 +137,9 @@ TEST(SmallestStream, OfRandomAttributesMakesEveryChoice) {
   constexpr bool kAllSeeds = fewer_with_sanitizers(10) == 10;  // a tenth lacks the rarest choice
   for (const core::Scheme scheme :
        {kNone, kDifference, kParallelogram, kConstrainedMultiParallelogram, kTexCoords, kGeometricNormal})
-    if (kAllSeeds || scheme != kConstrainedMultiParallelogram)
+    if (kAllSeeds || scheme != kConstrainedMultiParallelogram) {
       EXPECT_GT(counts.schemes[scheme], 0u) << static_cast<int>(scheme);
+    }
   for (const size_t count : {counts.by_degree, counts.others_by_degree}) EXPECT_GT(count, 0u);
   RecordProperty("streams", static_cast<int>(counts.streams));
   RecordProperty("smaller", static_cast<int>(counts.smaller));
