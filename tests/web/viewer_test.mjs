@@ -1,7 +1,7 @@
 // The viewer in Chromium, under its own policy: it shows samples and dropped files, with their numbers.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
 import { kMostMs, need_browser, open_page, skip as no_chromium } from './browser.mjs';
@@ -134,6 +134,43 @@ test('dropped Draco streams', { skip, timeout: 120000 }, () => with_viewer('#sce
   const { state: last, problem } = await state();
   assert.equal(last, 'failed');
   assert.match(problem, /^cloud\.drc: .*not a Draco mesh/);
+}));
+
+// Encodes what is shown. Returns the file that the page offers, and what the page says.
+async function encode_shown(page, state, name) {
+  await page.evaluate(() => {
+    document.body.dataset.state = 'asked';
+    document.getElementById('encode').click();
+  });
+  const shown = await state();
+  const { text, file, data } = await page.evaluate(async () => {
+    const link = document.getElementById('save'), bytes = link.hidden ? [] : new Uint8Array(await (await fetch(link.href)).arrayBuffer());
+    return { text: document.getElementById('encoded').innerText, file: link.download, data: Array.from(bytes, (byte) => String.fromCharCode(byte)).join('') };
+  });
+  const saved = path.join(pictures, name);
+  writeFileSync(saved, Buffer.from(data, 'latin1'));
+  return { ...shown, text, file, saved };
+}
+
+test('what is shown becomes patches', { skip, timeout: 120000 }, () => with_viewer('#scene.draco', async ({ page, errors, state }) => {
+  const stock = await state();
+  const made = await encode_shown(page, state, 'encoded.glb');
+  assert.deepEqual([made.state, made.problem, made.name, made.file], ['measured', '', 'scene.draco.psplit.glb', 'scene.draco.psplit.glb']);
+  assert.equal(made.facts.Triangles, stock.facts.Triangles);
+  assert.ok(Number(made.facts.Patches) > 5 && made.facts['Draco streams'] === undefined, JSON.stringify(made.facts));
+  assert.match(made.text, /^[\d.]+ kB became [\d.]+ kB\. Encoding took [\d,.]+ ms\.$/);
+  execFileSync(gltf_psplit, ['validate', '-q', made.saved]);
+  const coloured = await picture(page, 'encoded');
+  assert.ok(coloured.hues >= 5 && coloured.covered > 0.05, JSON.stringify(coloured));
+  // A .gltf with files, condensed.
+  const names = ['fallback.3017754ff5302130.bin', 'fallback.gltf', 'fallback.96bccec7e0ab550e.bin'];
+  await drop(page, names);
+  await state();
+  await page.click('#condense');
+  const other = await encode_shown(page, state, 'encoded_condensed.glb');
+  assert.deepEqual([other.state, other.file, other.facts.Triangles], ['measured', 'fallback.psplit.glb', '304']);
+  execFileSync(gltf_psplit, ['validate', '-q', other.saved]);
+  assert.deepEqual(errors, []);
 }));
 
 test('files that cannot be shown', { skip, timeout: 120000 }, () => with_viewer('#scene.draco', async ({ page, state }) => {

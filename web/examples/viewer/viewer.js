@@ -5,6 +5,7 @@ import { GLTFLoader } from './three/loaders/GLTFLoader.js';
 import { createPool } from './psplit/index.js';
 import { PsplitDracoLoader, PsplitPlugin } from './psplit/three.js';
 import { compare } from './comparison.js';
+import { encode_asset } from './encoding.js';
 import { asset_of, dropped_files } from './files.js';
 import { Stage } from './scene.js';
 import { glb_of_stream, patches_of, streams_of, streams_of_glb } from './streams.js';
@@ -30,15 +31,50 @@ function say_problem(error) {
 }
 function set_state(state) {
   document.body.dataset.state = state;
-  const is_busy = state === 'loading' || state === 'measuring';
-  element('progress').hidden = state !== 'loading';
-  for (const id of ['reload', 'replay', 'measure']) element(id).disabled = is_busy || current === null;
+  const is_busy = ['loading', 'encoding', 'measuring'].includes(state);
+  element('progress').hidden = state !== 'loading' && state !== 'encoding';
+  for (const id of ['reload', 'replay', 'measure', 'encode']) element(id).disabled = is_busy || current === null;
 }
-function show_progress(done, total) {
+function show_progress(done, total, phase = total > 0 ? 'Decoding' : 'Loading', unit = ['patch', 'patches']) {
   element('bar').max = Math.max(1, total);
   element('bar').value = done;
-  element('phase').textContent = total > 0 ? 'Decoding' : 'Loading';
-  element('count').textContent = total > 0 ? `${number(done)} of ${plural(total, 'patch', 'patches')}` : '';
+  element('phase').textContent = phase;
+  element('count').textContent = total > 0 ? `${number(done)} of ${plural(total, ...unit)}` : '';
+}
+
+// What the last encoding made.
+function show_encoded(text, file) {
+  element('encoded').textContent = text;
+  if (element('save').href) URL.revokeObjectURL(element('save').href);
+  element('save').removeAttribute('href');
+  element('save').hidden = file === undefined;
+  if (file !== undefined)
+    Object.assign(element('save'), { href: URL.createObjectURL(new Blob([file.bytes], { type: 'model/gltf-binary' })), download: file.name });
+}
+
+// Encodes the model, and shows what that made in its place.
+async function encode() {
+  const { asset, workers } = current, { signal } = job, was = document.body.dataset.state;
+  element('problem').hidden = true;
+  set_state('encoding');
+  show_progress(0, 0, 'Encoding');
+  const pool = createPool({ workers });
+  let made;
+  try {
+    const onProgress = (done, total) => show_progress(done, total, 'Encoding', ['triangle']);
+    made = await encode_asset(asset, pool, { condense: element('condense').checked, onProgress, signal });
+    signal.throwIfAborted();
+  } catch (error) {
+    if (signal.aborted) throw signal.reason;
+    set_state(was);  // the model stays
+    throw new Error(`${asset.name}: ${error.message ?? error}`, { cause: error });
+  } finally {
+    pool.dispose();
+  }
+  const { bytes, notes, ms } = made, name = `${asset.name.replace(/\.(glb|gltf|drc)$/i, '')}.psplit.glb`;
+  const text = [`${size(asset.file_bytes)} became ${size(bytes.byteLength)}. Encoding took ${duration(ms)}.`, ...notes].join(' ');
+  open_asset({ name, bytes, file_bytes: bytes.byteLength, resolve: (url) => url });
+  show_encoded(text, { name, bytes });
 }
 
 // Loads an asset into the stage.
@@ -50,6 +86,7 @@ async function load(asset, of_sample = null) {
   element('problem').hidden = true;
   element('name').textContent = asset.name;
   element('facts').replaceChildren();
+  show_encoded('');
   element('times').hidden = true;
   element('compared').textContent = '';
   set_state('loading');
@@ -237,9 +274,9 @@ async function open_sample(change) {
     say_problem(error);
   }
 }
-async function open_files(files) {
+// An asset that is no sample.
+async function open_asset(asset) {
   try {
-    const asset = await asset_of(files);
     press('samples', 'sample', null);
     press('codings', 'coding', null);
     sample = { coding: 'patches' };
@@ -250,12 +287,14 @@ async function open_files(files) {
     say_problem(error);
   }
 }
+const open_files = (files) => asset_of(files).then(open_asset).catch(say_problem);
 
 element('samples').addEventListener('click', ({ target }) => target.dataset.sample && open_sample({ name: target.dataset.sample }));
 element('codings').addEventListener('click', ({ target }) => target.dataset.coding && open_sample({ coding: target.dataset.coding }));
 element('files').addEventListener('change', ({ target }) => target.files.length > 0 && open_files([...target.files]));
 element('colours').addEventListener('change', ({ target }) => (stage.has_colours = target.checked));
 element('reload').addEventListener('click', () => load(current.asset, current.of_sample).catch(say_problem));
+element('encode').addEventListener('click', () => encode().catch(say_problem));
 element('measure').addEventListener('click', () => show_times(job.signal).catch(say_problem));
 element('replay').addEventListener('click', () => {
   const begin = performance.now(), kMs = 2500;
