@@ -166,23 +166,27 @@ struct Sample {
   uint64_t face_count = 0;
 };
 
-// Quantizes positions to 14 bits, normals to 10 and texture coordinates to 12.
-// Cuts the mesh, or takes the given patch of each face.
-inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed, bool condensed = false,
-                            std::span<const uint32_t> patch_of_face = {}) {
+// Positions have 14 bits, normals 10 and texture coordinates 12.
+inline std::vector<AttributeCoding> bench_codings(const Mesh& mesh) {
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) {
     const bool is_normal = attribute.semantic == "NORMAL";
     codings.push_back(is_normal ? AttributeCoding{10, true, {}, 0}
                                 : *fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12));
   }
+  return codings;
+}
+
+// Cuts the mesh, or takes the given patch of each face.
+inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed, bool condensed = false,
+                            std::span<const uint32_t> patch_of_face = {}) {
   EncodeOptions options;
   options.encode_speed = speed;
   options.patch_count = patch_count;
   options.verify = false;
   options.condense = condensed;
   options.patch_of_face = patch_of_face;
-  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool());
+  Expected<EncodedMesh> encoded = encode_mesh(mesh, bench_codings(mesh), options, ThreadPool());
   if (!encoded) give_up(encoded.status());
   Sample sample{std::move(encoded->container), std::move(encoded->requests), mesh.faces.size()};
   return sample;

@@ -16,6 +16,9 @@ def rival_of(name):
         replaced = re.sub(f"/{ours}(?=/|$)", f"/{rival}", name)
         if replaced != name:
             return replaced
+    encoder = re.fullmatch(r"(encode/.*)/(stream|patches/threads:\d+)", name)
+    if encoder:
+        return encoder[1] + "/draco"
     return re.sub(r"/psplit/threads:\d+$", "/metis", name) if re.search(r"/psplit/threads:\d+$", name) else None
 
 

@@ -36,6 +36,8 @@ class Ratios(unittest.TestCase):
         self.assertEqual(rival_of("positions/whole/speed0/core"), "positions/whole/speed0/draco")
         self.assertEqual(rival_of("positions/1200/speed0/core_in_step"), "positions/1200/speed0/draco")
         self.assertEqual(rival_of("partition/440/psplit/threads:2"), "partition/440/metis")
+        for ours in ("stream", "patches/threads:2"):
+            self.assertEqual(rival_of(f"encode/positions/speed5/{ours}"), "encode/positions/speed5/draco")
         for name in (kRival, "partition/440/metis", "positions/whole/speed0/draco"):
             self.assertIsNone(rival_of(name))
 

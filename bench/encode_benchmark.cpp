@@ -1,0 +1,120 @@
+// Encodes a mesh: as one Edgebreaker stream by psplit's encoder and by libdraco's, which write the same bytes, and in
+// patches, which are cut, encoded, stitched and verified. All get the mesh that a stream decodes to, so in the
+// same order; libdraco gets it as its own mesh. --benchmark_enable_random_interleaving=true
+// --benchmark_repetitions=9 interleaves them.
+#include <benchmark/benchmark.h>
+#include <draco/compression/decode.h>
+#include <draco/compression/encode.h>
+
+#include "bench/samples.h"
+#include "encoder/stream/encode_stream.h"
+
+namespace psplit {
+namespace {
+
+struct Input {
+  Mesh mesh;
+  WeldedMesh welded;
+  PatchMesh whole;
+  std::vector<AttributeCoding> codings;
+  std::unique_ptr<draco::Mesh> draco_mesh;
+};
+
+const Input& input(bool all_attributes) {
+  static Input inputs[2];
+  Input& made = inputs[all_attributes];
+  if (made.draco_mesh) return made;
+  const ThreadPool pool;
+  const Mesh given = bench_mesh(400'000, all_attributes);
+  const std::vector<AttributeCoding> codings = bench_codings(given);
+  constexpr int kSpeed = 5;
+  const Expected<EncodedPatch> stream =
+      encode_stream(weld(given, pool), whole_mesh(given), codings, kSpeed, true);
+  if (!stream) give_up(stream.status());
+  made.mesh = stream->decoded;
+  made.welded = weld(made.mesh, pool);
+  made.whole = whole_mesh(made.mesh);
+  made.codings = bench_codings(made.mesh);
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream->bytes.data()), stream->bytes.size());
+  auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok()) give_up(unsupported(decoded.status().error_msg_string()));
+  made.draco_mesh = std::move(decoded).value();
+  return made;
+}
+
+void count_triangles(benchmark::State& state, const Mesh& mesh) {
+  state.counters["Mtri/s"] = benchmark::Counter(static_cast<double>(mesh.faces.size()) * 1e-6,
+                                                benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void encode_by_draco(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  for (auto _ : state) {
+    draco::Encoder encoder;
+    encoder.SetSpeedOptions(speed, speed);
+    encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 14);
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, 10);
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 12);
+    draco::EncoderBuffer bytes;
+    const draco::Status status = encoder.EncodeMeshToBuffer(*given.draco_mesh, &bytes);
+    if (!status.ok()) state.SkipWithError(status.error_msg());
+    benchmark::DoNotOptimize(bytes);
+  }
+  count_triangles(state, given.mesh);
+}
+
+void encode_one_stream(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  for (auto _ : state) {
+    const auto stream = encode_stream(given.welded, given.whole, given.codings, speed);
+    if (!stream) state.SkipWithError(stream.status().to_string().c_str());
+    benchmark::DoNotOptimize(stream);
+  }
+  count_triangles(state, given.mesh);
+}
+
+void encode_patches(benchmark::State& state, bool all_attributes, int speed, int thread_count) {
+  const Input& given = input(all_attributes);
+  const ThreadPool pool(thread_count);
+  EncodeOptions options;
+  options.encode_speed = speed;
+  options.patch_count = static_cast<uint32_t>(given.mesh.faces.size() / 4800);
+  for (auto _ : state) {
+    const Expected<EncodedMesh> encoded = encode_mesh(given.mesh, given.codings, options, pool);
+    if (!encoded) state.SkipWithError(encoded.status().to_string().c_str());
+    benchmark::DoNotOptimize(encoded);
+  }
+  count_triangles(state, given.mesh);
+}
+
+void register_all() {
+  const auto add = [](const std::string& name, auto work) {
+    benchmark::RegisterBenchmark(name.c_str(), work)->Unit(benchmark::kMillisecond)->UseRealTime();
+  };
+  const int all = ThreadPool().thread_count();
+  for (const bool all_attributes : {false, true})
+    for (const int speed : {0, 5, 10}) {
+      const std::string name = std::string("encode/") +
+                               (all_attributes ? "positions+normals+texcoords" : "positions") + "/speed" +
+                               std::to_string(speed);
+      add(name + "/draco", [=](benchmark::State& state) { encode_by_draco(state, all_attributes, speed); });
+      add(name + "/stream", [=](benchmark::State& state) { encode_one_stream(state, all_attributes, speed); });
+      for (int thread_count = 1;; thread_count = all) {
+        add(name + "/patches/threads:" + std::to_string(thread_count),
+            [=](benchmark::State& state) { encode_patches(state, all_attributes, speed, thread_count); });
+        if (thread_count == all) break;
+      }
+    }
+}
+
+}  // namespace
+}  // namespace psplit
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  psplit::register_all();
+  benchmark::RunSpecifiedBenchmarks();
+}
