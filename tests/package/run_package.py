@@ -163,7 +163,8 @@ def check_pkg_config(kind, prefix, folder, assets):
 def check(kind, prefix, folder, assets):
     """Builds the examples against what is installed, and runs them."""
     make_project(folder / "project")
-    configure(folder / "project", folder / "examples", f"-DCMAKE_PREFIX_PATH={prefix}", user_flags(folder))
+    configure(folder / "project", folder / "examples", f"-DCMAKE_PREFIX_PATH={prefix}", user_flags(folder),
+              "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG")
     run(options.cmake, "--build", folder / "examples")
     run_examples(kind, folder / "examples", assets)
     run_encoders(kind, folder / "examples", assets, folder)
