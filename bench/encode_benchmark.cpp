@@ -1,11 +1,12 @@
-// Encodes a mesh: as one Edgebreaker stream by psplit's encoder and by libdraco's, which write the same bytes, and in
-// patches, which are cut, encoded, stitched and verified. All get the mesh that a stream decodes to, so in the
-// same order; libdraco gets it as its own mesh. --benchmark_enable_random_interleaving=true
+// Encodes a mesh: as one Edgebreaker stream by psplit's encoder and by libdraco's, which write the same bytes,
+// and in patches, which are cut, encoded, stitched and verified. All get the mesh that a stream decodes to, so
+// in the same order; libdraco gets it as its own mesh. --benchmark_enable_random_interleaving=true
 // --benchmark_repetitions=9 interleaves them.
 #include <benchmark/benchmark.h>
-#include <draco/compression/decode.h>
-#include <draco/compression/encode.h>
 
+#include <optional>
+
+#include "bench/draco_encoder.h"
 #include "bench/samples.h"
 #include "encoder/stream/encode_stream.h"
 
@@ -17,13 +18,13 @@ struct Input {
   WeldedMesh welded;
   PatchMesh whole;
   std::vector<AttributeCoding> codings;
-  std::unique_ptr<draco::Mesh> draco_mesh;
+  std::optional<DracoEncoder> libdraco;
 };
 
 const Input& input(bool all_attributes) {
   static Input inputs[2];
   Input& made = inputs[all_attributes];
-  if (made.draco_mesh) return made;
+  if (made.libdraco) return made;
   const ThreadPool pool;
   const Mesh given = bench_mesh(400'000, all_attributes);
   const std::vector<AttributeCoding> codings = bench_codings(given);
@@ -35,11 +36,9 @@ const Input& input(bool all_attributes) {
   made.welded = weld(made.mesh, pool);
   made.whole = whole_mesh(made.mesh);
   made.codings = bench_codings(made.mesh);
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream->bytes.data()), stream->bytes.size());
-  auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) give_up(unsupported(decoded.status().error_msg_string()));
-  made.draco_mesh = std::move(decoded).value();
+  Expected<DracoEncoder> libdraco = DracoEncoder::of(stream->bytes);
+  if (!libdraco) give_up(libdraco.status());
+  made.libdraco = std::move(*libdraco);
   return made;
 }
 
@@ -51,16 +50,8 @@ void count_triangles(benchmark::State& state, const Mesh& mesh) {
 void encode_by_draco(benchmark::State& state, bool all_attributes, int speed) {
   const Input& given = input(all_attributes);
   for (auto _ : state) {
-    draco::Encoder encoder;
-    encoder.SetSpeedOptions(speed, speed);
-    encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
-    encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 14);
-    encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, 10);
-    encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, 12);
-    draco::EncoderBuffer bytes;
-    const draco::Status status = encoder.EncodeMeshToBuffer(*given.draco_mesh, &bytes);
-    if (!status.ok()) state.SkipWithError(status.error_msg());
-    benchmark::DoNotOptimize(bytes);
+    const Expected<size_t> bytes = given.libdraco->encode(speed);
+    if (!bytes) state.SkipWithError(bytes.status().to_string().c_str());
   }
   count_triangles(state, given.mesh);
 }

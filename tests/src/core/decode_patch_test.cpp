@@ -50,8 +50,8 @@ void expect_decoded_by_a_warp(const DracoStream& stream, const RawMesh& expected
             fault_text(decode<Index>(header, decoded)));
 }
 
-// Under sanitizers one lane decodes every twelfth stream, and a warp the small streams. Each has indices of one
-// size.
+// Under sanitizers one lane decodes every twelfth stream with indices of one size, and a warp every third of
+// the small streams.
 TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
   constexpr bool kEverything = fewer_with_sanitizers(10) == 10;
   size_t count = 0, decoded = 0, seen = 0;
@@ -73,9 +73,9 @@ TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
   };
   for_each_draco_stream([&](const DracoStream& stream) { expect_equal(stream, true, kEverything); },
                         StreamSet::kAll);
-  for (const DracoStream& stream : small_draco_streams())
-    if (!kEverything) expect_equal(stream, false, true);
-  EXPECT_GT(count, 1000u);
+  for (size_t i = 0; !kEverything && i < small_draco_streams().size(); i += 3)
+    expect_equal(small_draco_streams()[i], false, true);
+  EXPECT_GT(count, kEverything ? 1000u : 300u);
 }
 
 TEST(DecodePatch, EqualsLibdracoOnTheCorpus) {
