@@ -1,5 +1,6 @@
 // The decoders that scripts/web-bench measures decode. It measures nothing here.
 import assert from 'node:assert/strict';
+import { readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 import { calling_thread, code_of_pages, in_workers } from '../../bench/web/decoders.mjs';
@@ -23,4 +24,13 @@ for (const decoder of [...await calling_thread([]), ...in_workers()].filter(({ s
 
 test('the code that a page loads', async () => {
   for (const [name, parts] of await code_of_pages([])) for (const part of parts) assert.ok(part.length > 1000, name);
+});
+
+test('what its modules import is there', async () => {
+  const folder = path.join(root, 'bench/web');
+  for (const file of readdirSync(folder))
+    for (const [, names, module] of readFileSync(path.join(folder, file), 'utf8').matchAll(/^import \{([^}]*)\} from '(\.[^']*)';/gm)) {
+      const exported = await import(path.join(folder, module));
+      for (const name of names.split(',')) assert.ok(name.trim().split(' ')[0] in exported, `${file}: ${name} of ${module}`);
+    }
 });

@@ -38,6 +38,8 @@ export async function open_browser() {
     '--enable-unsafe-swiftshader', '--js-flags=--expose-gc'] });
   return browser;
 }
+// For programs that are not tests.
+export const close_browser = async () => (await browser)?.close();
 let has_browser = false;
 // Starts Chromium before the tests of this file, and ends it after them.
 export function need_browser() {
@@ -45,7 +47,7 @@ export function need_browser() {
   has_browser = true;
   // Its first page takes longer than others.
   before(async () => (await (await open_browser()).newPage()).close(), { timeout: kMostMsToStart });
-  after(async () => (await browser)?.close(), { timeout: kMostMs });
+  after(close_browser, { timeout: kMostMs });
 }
 
 const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css',
