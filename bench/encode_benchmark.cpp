@@ -9,6 +9,7 @@
 #include "bench/draco_encoder.h"
 #include "bench/samples.h"
 #include "encoder/stream/encode_stream.h"
+#include "gltf_ext/files/operating_system.h"
 
 namespace psplit {
 namespace {
@@ -106,6 +107,7 @@ void register_all() {
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  psplit::keep_freed_memory();  // as the command `encode`; both encoders gain
   psplit::register_all();
   benchmark::RunSpecifiedBenchmarks();
 }
