@@ -21,7 +21,7 @@ enum class StreamSet {
   kAll,    // some ten thousand streams, of up to two million points; takes ten seconds
 };
 
-// What a test asks for that is to see all streams. Sanitizers see them in one test, and only kSmall elsewhere.
+// What a test asks for that is to see all streams. Sanitizers see only kSmall.
 inline constexpr StreamSet kFullSet = fewer_with_sanitizers(10) == 10 ? StreamSet::kAll : StreamSet::kSmall;
 
 // Makes the streams of the set, always in the same order and with the same bytes, and calls `visit` with each.
