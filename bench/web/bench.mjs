@@ -37,11 +37,11 @@ function print_table(header, rows) {
 
 // Rounds of all decoders in turn. Returns, by decoder, the medians, and the times of the first decoder divided by its own.
 // `cost` is the CPU time of the calling thread, and in workers that of the busiest worker as well.
-async function run_rounds(list, mesh, rounds) {
+async function run_rounds(list, mesh, rounds, warm_up_rounds) {
   const instances = [];
   for (const decoder of list) instances.push(await decoder.create());
   const results = list.map(() => []), runs = Math.ceil(200000 / mesh.faces);  // small meshes several times, to be measurable
-  for (let round = -kWarmUpRounds; round < rounds; ++round) {
+  for (let round = -warm_up_rounds; round < rounds; ++round) {
     for (const [i, { stored }] of list.entries()) {
       const result = await measured(async () => {
         for (let left = runs; left > 0; --left) await instances[i].run(mesh[stored]);
@@ -61,14 +61,14 @@ async function run_rounds(list, mesh, rounds) {
 }
 
 // V8 compiles the code of each pool again, with optimization, after a dozen decodes; with two workers later than with one.
-const kWarmUpRounds = 15, rounds = Number(argument), names = names_in(folder);
+const kWarmUpRounds = 3, kWarmUpRoundsOfPools = 15, rounds = Number(argument), names = names_in(folder);
 const is_generated = (name) => !name.startsWith('corpus-');
 const title_of = (name, { faces, attributes }) => `${name}: ${count(faces)} faces, ${attributes.join(', ')}`;
 
 async function print_warm() {
   const of_decoders = decoders.map(() => []);
   for (const name of names) {
-    const mesh = await read_mesh(folder, name), summary = await run_rounds(decoders, mesh, rounds);
+    const mesh = await read_mesh(folder, name), summary = await run_rounds(decoders, mesh, rounds, kWarmUpRounds);
     summary.forEach((of_mesh, i) => of_decoders[i].push(of_mesh));
     if (!is_generated(name)) continue;
     const bytes_of = (stored) => (stored === 'meshopt'
@@ -92,7 +92,7 @@ async function print_warm() {
 async function print_workers() {
   console.log('### In workers: CPU time of the main thread and of the busiest worker\n');
   for (const name of names.filter(is_generated)) {
-    const mesh = await read_mesh(folder, name), summary = await run_rounds(workers, mesh, rounds);
+    const mesh = await read_mesh(folder, name), summary = await run_rounds(workers, mesh, rounds, kWarmUpRoundsOfPools);
     console.log(`${title_of(name, mesh)}\n`);
     print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'],
       workers.map((loader, i) =>

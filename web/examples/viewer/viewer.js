@@ -54,7 +54,7 @@ function show_encoded(text, file) {
 
 // Encodes the model, and shows what that made in its place.
 async function encode() {
-  const { asset, workers } = current, { signal } = job, was = document.body.dataset.state;
+  const { asset, workers } = current, { signal } = job;
   element('problem').hidden = true;
   set_state('encoding');
   show_progress(0, 0, 'Encoding');
@@ -66,7 +66,6 @@ async function encode() {
     signal.throwIfAborted();
   } catch (error) {
     if (signal.aborted) throw signal.reason;
-    set_state(was);  // the model stays
     throw new Error(`${asset.name}: ${error.message ?? error}`, { cause: error });
   } finally {
     pool.dispose();
