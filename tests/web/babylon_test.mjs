@@ -235,7 +235,8 @@ page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_t
   assert.equal((await page.evaluate((url) => facts_of((scene) => streamed(url, scene)).catch((error) => error.code), `${origin}/none.glb`)), 'failed');
 });
 
-page_test('loadStreaming of chosen patches', { skip: no_tool, script: prepare, files }, async ({ result, page }) => {
+// When all patches are there, requests end. One whose response has not yet told its end is reported as aborted.
+page_test('loadStreaming of chosen patches', { skip: no_tool, script: prepare, files, possible: [/[ab]\.glb: net::ERR_ABORTED/] }, async ({ result, page }) => {
   await result;
   const encoded = (...options) => with_asset(124000, ['--patch-faces', '500', ...options], (file) => readFileSync(file));
   const made = { '/a.glb': encoded(), '/b.glb': encoded('--condense', '--profile', 'size') };
