@@ -17,4 +17,7 @@ using ScratchMemory = std::unique_ptr<uint8_t[], FreeScratch>;
 // Throws std::bad_alloc.
 ScratchMemory take_scratch(size_t bytes);
 
+// Asks for large pages for the part of a block that has room for them. The block must not have been touched.
+void prefer_large_pages(void* memory, size_t bytes);
+
 }  // namespace psplit

@@ -34,14 +34,6 @@ bool copy_integers(const Attribute& source, std::span<const uint32_t> rows, int3
   return fits;
 }
 
-bool are_finite(const Attribute& source, std::span<const uint32_t> rows) {
-  return std::ranges::all_of(rows, [&](uint32_t row) {
-    for (size_t k = 0; k < source.component_count; ++k)
-      if (!std::isfinite(component_at<float>(source, row, k))) return false;
-    return true;
-  });
-}
-
 }  // namespace
 
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
@@ -68,13 +60,15 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
                       std::span<int32_t> out) {
   const core::Attribute<uint32_t>& description = plan.description;
   int32_t* to = out.data();
-  if (description.coding != core::Coding::kInteger && !are_finite(source, rows))
+  const auto not_finite = [&] {
     return invalid_input(source.semantic + " has a value that is not finite, which no grid holds");
+  };
   if (description.coding == core::Coding::kNormal) {
     const core::OctahedralGrid grid(description.bits);
     for (const uint32_t row : rows) {
       float direction[3];
       std::memcpy(direction, source.values.data() + row * sizeof direction, sizeof direction);
+      if (!std::ranges::all_of(direction, [](float of) { return std::isfinite(of); })) return not_finite();
       const core::Vec2 place = octahedral_place(grid, direction);
       to[0] = place.s, to[1] = place.t;
       to += core::value_stride(2);
@@ -84,9 +78,11 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
   if (description.coding == core::Coding::kQuantized) {
     const size_t stride = core::value_stride(source.component_count);
     for (const uint32_t row : rows) {
-      for (size_t k = 0; k < source.component_count; ++k)
-        to[k] = static_cast<int32_t>(grid_place(component_at<float>(source, row, k), plan.origin[k],
-                                                description.range, description.bits));
+      for (size_t k = 0; k < source.component_count; ++k) {
+        const auto value = component_at<float>(source, row, k);
+        if (!std::isfinite(value)) return not_finite();
+        to[k] = static_cast<int32_t>(grid_place(value, plan.origin[k], description.range, description.bits));
+      }
       to += stride;
     }
     return {};

@@ -11,6 +11,16 @@ Status AttributeEncoder::take_integers(const AttributePlan& plan, std::vector<in
   return write_integers(mesh_attribute(plan), plan, rows_, values);
 }
 
+// A value is that of the point at which a walk meets it. Groups often share a walk.
+void AttributeEncoder::find_points(const core::Group<uint32_t>& group) {
+  const core::Sequence<uint32_t>& sequence = group.sequence;
+  if (!point_of_vertex_.empty() && sequence.corner.data() == walk_) return;
+  walk_ = sequence.corner.data();
+  point_of_vertex_.resize(sequence.count);
+  for (uint32_t i = 0; i < sequence.count; ++i)
+    point_of_vertex_[group.table.table.vertex[sequence.corner[i]]] = point_of_corner_[sequence.corner[i]];
+}
+
 Status AttributeEncoder::take(AttributePlan& plan, const core::Group<uint32_t>& group) {
   const Attribute& from = mesh_attribute(plan);
   const bool is_raw = plan.description.coding == core::Coding::kRaw;
@@ -20,11 +30,11 @@ Status AttributeEncoder::take(AttributePlan& plan, const core::Group<uint32_t>& 
     set_stream_grid(from, source_.codings[plan.source], rows_, plan);
   }
   attribute_ = plan.description;
-  // A value is that of the point at which a walk meets it.
+  find_points(group);
   rows_.resize(group.sequence.count);
-  for (uint32_t i = 0; i < group.sequence.count; ++i) {
-    const uint32_t corner = group.sequence.corner[i];
-    rows_[is_raw ? i : group.table.table.vertex[corner]] = row_of(plan, point_of_corner_[corner]);
+  for (uint32_t i = 0; i < rows_.size(); ++i) {
+    const uint32_t vertex = is_raw ? group.table.table.vertex[group.sequence.corner[i]] : i;
+    rows_[i] = row_of(plan, point_of_vertex_[vertex]);
   }
   const bool is_position = static_cast<DracoSemantic>(plan.description.semantic) == DracoSemantic::kPosition;
   if (is_raw) {

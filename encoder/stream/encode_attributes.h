@@ -56,6 +56,7 @@ class AttributeEncoder {
   uint32_t row_of(const AttributePlan& plan, uint32_t point) const {
     return source_.welded.value_of_point[plan.source][source_.points[point]];
   }
+  void find_points(const core::Group<uint32_t>& group);
   Status take_integers(const AttributePlan& plan, std::vector<int32_t>& values);
 
   const AttributeSource& source_;
@@ -65,6 +66,8 @@ class AttributeEncoder {
   core::Attribute<uint32_t> attribute_, positions_;
   std::vector<int32_t> values_, position_values_;
   std::vector<uint32_t> rows_;
+  std::vector<uint32_t> point_of_vertex_;  // of the group that was taken last
+  const uint32_t* walk_ = nullptr;         // its sequence
   std::vector<uint8_t> raw_;
 };
 

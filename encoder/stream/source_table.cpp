@@ -39,14 +39,14 @@ SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
     face.fans_seen = 0b111;
   }
   faces_[face_count_] = {{}, Face::kSeen, {none, none, none}, 0b111};
-  if (link_faces(vertex_limit)) break_folds();
+  if (const std::vector<bool> may_fold = link_faces(vertex_limit); !may_fold.empty()) break_folds(may_fold);
   separate_fans(vertex_limit);
 }
 
 // Links each edge to the first edge that runs the other way, is not linked yet, and does not belong to the same
-// face upside down. Returns whether there may be folds: whether an edge has more faces than one, or two that
-// are linked there.
-bool SourceTable::link_faces(uint32_t vertex_limit) {
+// face upside down. Returns the vertices whose fans may have folds: the ends of edges that have more faces than
+// the two that are linked there. Empty if there are none.
+std::vector<bool> SourceTable::link_faces(uint32_t vertex_limit) {
   std::vector<EdgeList> lists(vertex_limit);
   for (uint32_t i = 0; i < face_count_; ++i)
     if (faces_[i].mark == Face::kUnseen)
@@ -58,7 +58,11 @@ bool SourceTable::link_faces(uint32_t vertex_limit) {
     edge_count += count;
   }
   const std::unique_ptr<LeavingEdge[]> edges(new LeavingEdge[edge_count]);
-  bool may_fold = false;
+  std::vector<bool> may_fold;
+  const auto note_fold = [&](uint32_t from, uint32_t to) {
+    may_fold.resize(vertex_limit);
+    may_fold[from] = may_fold[to] = true;
+  };
   for (uint32_t i = 0; i < face_count_; ++i) {
     Face& face = faces_[i];
     if (face.mark != Face::kUnseen) continue;
@@ -69,7 +73,7 @@ bool SourceTable::link_faces(uint32_t vertex_limit) {
       for (; at < back.end; ++at) {
         if (edges[at].to != from) continue;
         if (edges[at].corner != kLinked && vertex(edges[at].corner) != face.vertex[k]) break;
-        may_fold = true;
+        note_fold(from, to);
       }
       if (at < back.end) {
         const uint32_t across = std::exchange(edges[at].corner, kLinked);
@@ -78,7 +82,8 @@ bool SourceTable::link_faces(uint32_t vertex_limit) {
         continue;
       }
       EdgeList& list = lists[from];
-      for (uint32_t other = list.begin; other < list.end; ++other) may_fold |= edges[other].to == to;
+      for (uint32_t other = list.begin; other < list.end; ++other)
+        if (edges[other].to == to) note_fold(from, to);
       edges[list.end++] = {to, corner};
     }
   }
@@ -92,14 +97,19 @@ void SourceTable::unlink(uint32_t corner) {
   across = no_corner();
 }
 
-// Walks clockwise around each vertex. If the edge ahead was passed before, both are unlinked, and the rest of
-// the fan is left for later: its faces may have become other fans. The result depends on the order.
-void SourceTable::break_folds() {
+// Walks clockwise around each vertex that may have a fold. If the edge ahead was passed before, both are
+// unlinked, and the rest of the fan is left for later: its faces may have become other fans. The result depends
+// on the order.
+void SourceTable::break_folds(const std::vector<bool>& may_fold) {
   // An edge that was passed: the vertex at its other end, and the corner across from it.
   struct Edge {
     uint32_t to, corner;
   };
   std::vector<Edge> passed;
+  std::vector<uint32_t> corners;  // of these vertices
+  for (uint32_t corner = 0; corner < no_corner(); ++corner)
+    if ((corner & 3) != 3 && face(corner).mark == Face::kUnseen && may_fold[vertex(corner)])
+      corners.push_back(corner);
   std::vector<bool> seen(size_t{4} * face_count_);
   // Walks on from `first`. Returns whether links were broken.
   const auto walk = [&](uint32_t first) {
@@ -121,8 +131,8 @@ void SourceTable::break_folds() {
     return false;
   };
   for (bool broken = true; std::exchange(broken, false);)
-    for (uint32_t corner = 0; corner < no_corner(); ++corner) {
-      if ((corner & 3) == 3 || seen[corner] || (face(corner).mark != Face::kUnseen)) continue;
+    for (const uint32_t corner : corners) {
+      if (seen[corner]) continue;
       uint32_t first = corner;
       for (uint32_t left = swing_left(first); left != corner && left != no_corner() && !seen[left];
            left = swing_left(first))

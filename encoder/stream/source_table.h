@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "src/core/corner_table.h"
 
@@ -61,8 +62,8 @@ class SourceTable {
   }
 
  private:
-  bool link_faces(uint32_t vertex_limit);
-  void break_folds();
+  std::vector<bool> link_faces(uint32_t vertex_limit);
+  void break_folds(const std::vector<bool>& may_fold);
   void separate_fans(uint32_t vertex_limit);
   void unlink(uint32_t corner);
 

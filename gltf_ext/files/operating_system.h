@@ -190,8 +190,9 @@ bool is_terminal(std::FILE* stream);
 // The width of the terminal. 0 if the stream is not a terminal, or if the width is unknown.
 size_t terminal_columns(std::FILE* stream);
 
-// Keeps the memory of freed large arrays for later use instead of returning it to the system. Does nothing if
-// the C library has no such setting.
-void keep_freed_memory();
+// To be called before large arrays are allocated and freed all the time: the process keeps the memory of freed
+// arrays for later use, and takes it in large pages. Does nothing where the C library or the system has no such
+// setting.
+void expect_large_arrays();
 
 }  // namespace psplit

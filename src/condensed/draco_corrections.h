@@ -33,12 +33,13 @@ class WrapCorrections {
  public:
   using Values = core::PredictedValues<uint32_t, kComponents>;
 
-  // Finds the range of the values. Returns false if the wrap transform does not allow it.
+  // Finds the range of the values. Returns false if the wrap transform does not allow it. Each vertex has a
+  // place in the order of the group, so all values are read in the order of memory.
   bool find_range(const Values& on) {
-    low_ = high_ = 0;
-    if (on.sequence.count > 0) low_ = high_ = on.at(on.sequence.corner[0])[0];
-    for (uint32_t i = 0; i < on.sequence.count; ++i) {
-      const int32_t* const value = on.at(on.sequence.corner[i]);
+    const uint32_t count = on.sequence.count;
+    low_ = high_ = count > 0 ? on.of_vertex(0)[0] : 0;
+    for (uint32_t vertex = 0; vertex < count; ++vertex) {
+      const int32_t* const value = on.of_vertex(vertex);
       for (uint32_t k = 0; k < on.components(); ++k) {
         low_ = std::min(low_, value[k]);
         high_ = std::max(high_, value[k]);
@@ -112,12 +113,14 @@ class DracoCorrections {
   // Each normal is predicted to be the same as the one before it.
   void correct_normals(const core::PredictedValues<uint32_t, 2>& on, AttributeFields& out) const {
     const bool canonicalized = data_.transform == core::Transform::kOctahedronCanonicalized;
+    const int32_t* before = on.zeros;
     for (uint32_t i = 0; i < on.sequence.count; ++i) {
-      const int32_t *const before = on.before(i), *const normal = on.at(on.sequence.corner[i]);
+      const int32_t* const normal = on.at(on.sequence.corner[i]);
       const core::Vec2 by =
           data_.grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
       out.symbols[2 * size_t{i}] = static_cast<uint32_t>(by.s);
       out.symbols[2 * size_t{i} + 1] = static_cast<uint32_t>(by.t);
+      before = normal;
     }
   }
 
@@ -127,13 +130,15 @@ class DracoCorrections {
     const bool by_parallelogram = data_.scheme == core::Scheme::kParallelogram;
     wrap.write_range(out);
     uint32_t* to = out.symbols.data();
+    const int32_t* before = on.zeros;
     for (uint32_t i = 0; i < on.sequence.count; ++i) {
       const uint32_t corner = on.sequence.corner[i];
-      core::Parallelogram by{on.before(i), on.zeros, on.zeros};
+      core::Parallelogram by{before, on.zeros, on.zeros};
       if (by_parallelogram) core::find_parallelogram(on, i, corner, by);
       const int32_t* const value = on.at(corner);
       for (uint32_t k = 0; k < on.components(); ++k)
         *to++ = wrap.symbol(value[k], by.predicted<core::Components<1>>(k)[0]);
+      before = value;
     }
   }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "src/core/decode_patch.h"
-#include "src/cpu/scratch_memory.h"
 #include "src/object_pool.h"
+#include "src/scratch_memory.h"
 
 namespace psplit {
 

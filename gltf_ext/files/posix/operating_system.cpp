@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #ifdef __linux__
@@ -19,6 +20,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -26,8 +28,10 @@
 #include <malloc.h>
 #endif
 
+#include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/removed_at_stop.h"
+#include "src/scratch_memory.h"
 
 namespace psplit {
 namespace {
@@ -139,6 +143,14 @@ bool enter_mapped(std::span<const uint8_t> bytes, const std::filesystem::path& p
 Status space_error(const std::string& what, int error) {
   return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
 }
+
+#if defined(__GLIBC__) && defined(__linux__)
+// Whether the system refuses memory that is reserved beyond what it has, even if it is never touched.
+bool counts_reserved_memory() {
+  std::ifstream mode("/proc/sys/vm/overcommit_memory");
+  return mode.get() == '2';
+}
+#endif
 
 }  // namespace
 
@@ -504,10 +516,24 @@ size_t terminal_columns(std::FILE* stream) {
   return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
-void keep_freed_memory() {
+void expect_large_arrays() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, -1);
+#if defined(__linux__)
+  // malloc takes memory at the end of its own, and keeps it. So addresses are reserved for it, and asked to be
+  // large pages when they are touched. Memory beyond them has small pages. Where addresses are limited, others
+  // need them.
+  const auto is_limited = [](auto resource) {
+    struct rlimit limit {};
+    return ::getrlimit(resource, &limit) != 0 || limit.rlim_cur != RLIM_INFINITY;
+  };
+  if (is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA) || counts_reserved_memory()) return;
+  const uint64_t size = machine_memory() / 2;
+  void* const reserved = std::malloc(size);
+  if (reserved != nullptr) prefer_large_pages(reserved, size);
+  std::free(reserved);
+#endif
 #endif
 }
 
