@@ -60,15 +60,16 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
                       std::span<int32_t> out) {
   const core::Attribute<uint32_t>& description = plan.description;
   int32_t* to = out.data();
-  const auto not_finite = [&] {
-    return invalid_input(source.semantic + " has a value that is not finite, which no grid holds");
+  const auto no_grid = [&] {
+    return invalid_input(source.semantic +
+                         " fits no grid: a value is not finite, or its extent is too large or too small");
   };
   if (description.coding == core::Coding::kNormal) {
     const core::OctahedralGrid grid(description.bits);
     for (const uint32_t row : rows) {
       float direction[3];
       std::memcpy(direction, source.values.data() + row * sizeof direction, sizeof direction);
-      if (!std::ranges::all_of(direction, [](float of) { return std::isfinite(of); })) return not_finite();
+      if (!std::ranges::all_of(direction, [](float of) { return std::isfinite(of); })) return no_grid();
       const core::Vec2 place = octahedral_place(grid, direction);
       to[0] = place.s, to[1] = place.t;
       to += core::value_stride(2);
@@ -76,12 +77,15 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
     return {};
   }
   if (description.coding == core::Coding::kQuantized) {
+    // An infinite value anywhere makes the range infinite, and rounding a finite one to it is undefined.
+    const float range = description.range;
+    if (!std::isfinite(grid_place(range, 0, range, description.bits))) return no_grid();
     const size_t stride = core::value_stride(source.component_count);
     for (const uint32_t row : rows) {
       for (size_t k = 0; k < source.component_count; ++k) {
         const auto value = component_at<float>(source, row, k);
-        if (!std::isfinite(value)) return not_finite();
-        to[k] = static_cast<int32_t>(grid_place(value, plan.origin[k], description.range, description.bits));
+        if (!std::isfinite(value)) return no_grid();
+        to[k] = static_cast<int32_t>(grid_place(value, plan.origin[k], range, description.bits));
       }
       to += stride;
     }

@@ -1,6 +1,7 @@
 // The codec end to end, without glTF: every mesh of the catalogue comes back, whatever the options.
 #include "encoder/encode_mesh.h"
 
+#include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -274,6 +275,12 @@ TEST(EncodeMesh, RefusesBadInput) {
     EXPECT_TRUE(contains(refused.to_string(), "POSITION")) << refused.to_string();
     EXPECT_TRUE(encode_mesh(mesh, codings, {}, pool).ok());
   }
+  // The difference of these two is no float.
+  mesh = two_triangles();
+  const std::vector<AttributeCoding> grid = default_codings(mesh, false).codings;
+  const float far_apart[] = {-FLT_MAX, 0, 0, FLT_MAX};
+  std::memcpy(mesh.attributes[0].values.data(), far_apart, sizeof far_apart);
+  EXPECT_EQ(encode_mesh(mesh, grid, {}, pool).status().code(), StatusCode::kInvalidInput);
 }
 
 // libdraco's encoder takes gigabytes for these.
