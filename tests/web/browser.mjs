@@ -119,12 +119,11 @@ export async function open_page(url) {
  * @param {string} name
  * @param {object} options
  * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others
- * @param {RegExp[]} [options.possible] errors that it reports in some runs only, because they depend on time
  * @param {string | false} [options.skip] the reason why the test does not run
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
  *   `result` is the script's promise
  */
-export function page_test(name, { errors: expected = [], possible = [], skip: why = false, ...options }, check) {
+export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
   need_browser();
   test(name, { skip: skip || why, timeout: kMostMs }, async () => {
     const site = await start_site(options);
@@ -138,8 +137,7 @@ export function page_test(name, { errors: expected = [], possible = [], skip: wh
       // On a busy machine, errors may arrive after the result.
       const is_missing = () => expected.some((pattern) => !errors.some((error) => pattern.test(error)));
       for (const end = Date.now() + 10_000; is_missing() && Date.now() < end;) await new Promise((done) => setTimeout(done, 50));
-      const known = [...expected, ...possible];
-      assert.deepEqual(errors.filter((error) => !known.some((pattern) => pattern.test(error))), []);
+      assert.deepEqual(errors.filter((error) => !expected.some((pattern) => pattern.test(error))), []);
       for (const pattern of expected)
         assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
     } finally {

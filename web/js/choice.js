@@ -4,6 +4,7 @@ import { front_bytes, joined, kStitchBytes, kStreamBytes, sum, wrong_length } fr
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
 import { Decoder } from './instance.js';
+import { signal_of } from './job.js';
 import { with_arrays } from './part.js';
 import { array_of } from './types.js';
 
@@ -34,7 +35,7 @@ function range_of({ headers }) {
 
 // A file on a server that sends parts of it. Only bytes that are needed are asked for.
 class RangedFile {
-  #fetch;       // (range, headers) => Promise<Response>
+  #fetch;       // (range, headers) => Promise<{ response, release }>, where release() lets no signal abort the request any more
   #url;
   #signal;
   #validator;
@@ -43,7 +44,7 @@ class RangedFile {
   #running = 0;
   #waiting = [];
 
-  constructor(fetch_range, response, [, end, total], validator, signal) {
+  constructor(fetch_range, { response, release }, [, end, total], validator, signal) {
     this.#fetch = fetch_range;
     this.#url = response.url;
     this.#signal = signal;
@@ -51,7 +52,7 @@ class RangedFile {
     const { location } = globalThis;
     this.#is_foreign = location !== undefined && new URL(response.url, location.href).origin !== location.origin;
     this.total = total;
-    this.#pieces = [{ begin: 0, end, bytes: new ArrivingBytes(this.#body(response, 0, end), signal) }];
+    this.#pieces = [{ begin: 0, end, bytes: new ArrivingBytes(this.#body(response, release, 0, end), signal) }];
   }
 
   // As ArrivingBytes. If it is not there, it is asked for.
@@ -99,7 +100,7 @@ class RangedFile {
     else ++this.#running;
     try {
       const { name, value } = this.#validator;
-      const response = await this.#fetch(`bytes=${begin}-${end - 1}`, this.#is_foreign ? {} : { 'If-Range': value });
+      const { response, release } = await this.#fetch(`bytes=${begin}-${end - 1}`, this.#is_foreign ? {} : { 'If-Range': value });
       const other = response.headers.get(name), range = range_of(response);
       const may_lack = response.status === 206 && !this.#is_foreign && name !== 'ETag';
       if (response.status === 416 || (response.ok && other !== value && !(may_lack && other === null)))
@@ -107,7 +108,7 @@ class RangedFile {
       if (response.status !== 200 && response.status !== 206) throw failed(`${this.#url}: HTTP status ${response.status}`);
       if (response.status === 206 && (range === null || range[0] !== begin || range[1] !== end || range[2] !== this.total))
         throw failed(`${this.#url}: the server sent other bytes than it was asked for`);
-      yield* this.#body(response, begin, end);
+      yield* this.#body(response, release, begin, end);
     } catch (error) {
       throw error instanceof PsplitError || error?.name === 'AbortError' ? error : failed(`${this.#url}: ${error.message}`);
     } finally {
@@ -117,11 +118,11 @@ class RangedFile {
     }
   }
   // Bytes [begin, end) of the file: all of a response, or a part of one that has the whole file.
-  async* #body({ body, status }, begin, end) {
+  async* #body({ body, status }, release, begin, end) {
     const is_whole = status === 200, reader = body.getReader();
     let at = is_whole ? 0 : begin;
     try {
-      // A response is read to its end, so that its connection can be used again.
+      // A response is read to its end, so that its connection can be used again. Nobody waits for the end itself.
       while (at < end || !is_whole) {
         const { done, value } = await reader.read();
         if (done && at < end) throw failed(`${this.#url}: the server sent fewer bytes than it said`);
@@ -129,6 +130,7 @@ class RangedFile {
         if (at + value.length > end && !is_whole) throw failed(`${this.#url}: the server sent more bytes than it said`);
         const part = value.subarray(Math.max(0, begin - at), Math.min(value.length, end - at));
         at += value.length;
+        if (at === end && !is_whole) release();
         if (part.length > 0) yield part;
       }
     } finally {
@@ -143,18 +145,20 @@ class RangedFile {
  */
 export async function open_ranged(input, signal) {
   const is_request = input instanceof Request;
-  const fetch_range = (range, more = {}) => {
+  const fetch_range = async (range, more = {}) => {
     const headers = new Headers(is_request ? input.headers : undefined);
     for (const [name, value] of Object.entries({ Range: range, ...more })) headers.set(name, value);
-    return fetch(is_request ? input.clone() : input, { headers, signal });
+    const of_request = signal_of(signal);
+    return { response: await fetch(is_request ? input.clone() : input, { headers, signal: of_request.signal }), release: of_request.release };
   };
   let response = input;
   if (!(input instanceof Response) && !(is_request && (input.method !== 'GET' || input.headers.has('Range')))) {
-    response = await fetch_range(`bytes=0-${kFirstBytes - 1}`).catch(() => null);
+    const first = await fetch_range(`bytes=0-${kFirstBytes - 1}`).catch(() => null);
+    response = first && first.response;
     const range = response && range_of(response), validator = response && validator_of(response);
     const is_range = response?.status === 206 && range !== null && validator !== null && !response.headers.has('Content-Encoding') &&
       range[0] === 0 && range[1] === Math.min(kFirstBytes, range[2]);
-    if (is_range) return { file: new RangedFile(fetch_range, response, range, validator, signal), url: response.url };
+    if (is_range) return { file: new RangedFile(fetch_range, first, range, validator, signal), url: response.url };
     if (response === null || response.status === 206 || response.status === 416) {
       response?.body?.cancel().catch(() => {});
       response = input;
