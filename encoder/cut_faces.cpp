@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "encoder/welding/reduce.h"
@@ -61,38 +62,45 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
   size_t position = 0;
   while (mesh.attributes[position].semantic != "POSITION") ++position;
   const std::vector<uint32_t>& vertex = welded.value_of_point[position];
-  std::vector<uint32_t> number(mesh.point_count, kNone);
   uint32_t vertex_count = 0;
   Cut cut;
-  std::vector<uint32_t> regular;
+  std::vector<uint32_t> regular;  // none: all faces, as nearly always
   std::vector<std::array<uint32_t, 3>> vertices;
-  regular.reserve(mesh.faces.size());
   vertices.reserve(mesh.faces.size());
-  for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
-    std::array<uint32_t, 3> face{};
-    for (size_t c = 0; c < 3; ++c) face[c] = vertex[mesh.faces[i][c]];
-    if (repeats_a_point(face)) {  // only if it repeats a point (separate_flat_faces)
-      cut.residue_faces.push_back(i);
-      continue;
+  {
+    std::vector<uint32_t> number(mesh.point_count, kNone);
+    for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
+      std::array<uint32_t, 3> face{};
+      for (size_t c = 0; c < 3; ++c) face[c] = vertex[mesh.faces[i][c]];
+      if (repeats_a_point(face)) {  // only if it repeats a point (separate_flat_faces)
+        if (cut.residue_faces.empty()) {
+          regular.resize(i);
+          std::iota(regular.begin(), regular.end(), 0u);
+        }
+        cut.residue_faces.push_back(i);
+        continue;
+      }
+      for (uint32_t& v : face) {
+        if (number[v] == kNone) number[v] = vertex_count++;
+        v = number[v];
+      }
+      if (!cut.residue_faces.empty()) regular.push_back(i);
+      vertices.push_back(face);
     }
-    for (uint32_t& v : face) {
-      if (number[v] == kNone) number[v] = vertex_count++;
-      v = number[v];
-    }
-    regular.push_back(i);
-    vertices.push_back(face);
   }
   if (vertices.empty()) return cut;
+  const auto count = static_cast<uint32_t>(vertices.size());
+  const auto face_of = [&](uint32_t i) { return cut.residue_faces.empty() ? i : regular[i]; };
   Partition partition;
   if (patch_of_face.empty()) {
-    partition = partition_faces(vertices, vertex_count, options, pool);
+    partition = partition_faces(std::move(vertices), vertex_count, options, pool);
   } else {
-    for (const uint32_t face : regular) partition.patch_of_face.push_back(patch_of_face[face]);
+    for (uint32_t i = 0; i < count; ++i) partition.patch_of_face.push_back(patch_of_face[face_of(i)]);
     partition.patch_count =
         *std::max_element(partition.patch_of_face.begin(), partition.patch_of_face.end()) + 1;
   }
   cut.patches.resize(partition.patch_count);
-  for (size_t i = 0; i < regular.size(); ++i) cut.patches[partition.patch_of_face[i]].push_back(regular[i]);
+  for (uint32_t i = 0; i < count; ++i) cut.patches[partition.patch_of_face[i]].push_back(face_of(i));
   std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
   return cut;
 }

@@ -31,12 +31,18 @@ Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCodi
       input,
       {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
       pool, extra_point_data, extra_stride);
-  const MeshPart part{std::move(reduced.mesh), {}, {}};
+  // Often nothing is merged or dropped. Then there is one mesh in memory, not two.
+  const bool is_as_it_was = reduced.merged_points + reduced.dropped_faces + reduced.dropped_points == 0;
+  if (is_as_it_was)
+    reduced = ReducedMesh();
+  else if (options.free_input)
+    options.free_input();
+  const Mesh& mesh = is_as_it_was ? input : reduced.mesh;
   const double reduce_ms = encode_time.ms();
-  if (part.mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
-  if (!options.patch_of_face.empty() && options.patch_of_face.size() != part.mesh.faces.size())
+  if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
+  if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
     return Status(StatusCode::kUsage, "a partition of another number of faces");
-  Expected<EncodedParts> parts = encode_whole(part, codings, options, pool);
+  Expected<EncodedParts> parts = encode_whole(mesh, codings, options, pool);
   if (!parts) return parts.status();
 
   EncodedMesh encoded;
@@ -49,7 +55,8 @@ Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCodi
   for (PartsContainer& stored : parts->containers) {
     Expected<std::vector<uint8_t>> bytes = read_all(*stored.bytes);
     if (!bytes) return bytes.status();
-    for (uint32_t& point : stored.source_point) point = reduced.source_point[point];
+    if (!is_as_it_was)
+      for (uint32_t& point : stored.source_point) point = reduced.source_point[point];
     encoded.entries.insert(encoded.entries.end(), stored.entries.begin(), stored.entries.end());
     if (stored.is_alone) {
       encoded.lone_streams.push_back(
@@ -92,10 +99,13 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   const auto encode = [&](const EncodeOptions& chosen) {
     return encode_one_way(input, codings, chosen, pool, extra_point_data, extra_stride);
   };
-  Expected<EncodedMesh> by_bytes = encode(options);
-  if (!by_bytes || !options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
-    return by_bytes;
+  if (!options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
+    return encode(options);
   EncodeOptions in_order = options;
+  in_order.free_input = {};
+  Expected<EncodedMesh> by_bytes = encode(in_order);
+  if (!by_bytes) return by_bytes;
+  in_order.free_input = options.free_input;
   in_order.in_creation_order = true;
   in_order.patch_encoded = {};
   Expected<EncodedMesh> created = encode(in_order);

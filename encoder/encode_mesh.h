@@ -70,6 +70,9 @@ struct EncodeOptions {
   Span<const uint32_t> patch_of_face{};
   // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
   std::function<void(size_t)> patch_encoded{};
+  // May free the arrays of the input. Called once when encode_mesh has a copy of what it needs of them; not
+  // called if it needs them to its end.
+  std::function<void()> free_input{};
 };
 
 struct EncodeStatistics {

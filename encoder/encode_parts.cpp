@@ -25,6 +25,16 @@
 namespace psplit {
 namespace {
 
+// A MeshPart whose data belong to someone else.
+struct PartView {
+  const Mesh& mesh;
+  std::span<const uint32_t> shared_points, shared_numbers;
+
+  explicit PartView(const Mesh& whole) : mesh(whole) {}
+  PartView(const MeshPart& part)
+      : mesh(part.mesh), shared_points(part.shared_points), shared_numbers(part.shared_numbers) {}
+};
+
 bool same_attributes(std::span<const AttributeRequest> requests, const Mesh& mesh) {
   return std::equal(requests.begin(), requests.end(), mesh.attributes.begin(), mesh.attributes.end(),
                     [](const AttributeRequest& request, const Attribute& attribute) {
@@ -35,8 +45,8 @@ bool same_attributes(std::span<const AttributeRequest> requests, const Mesh& mes
                     });
 }
 
-Status check_shared_points(const MeshPart& part, uint32_t shared_count) {
-  const std::vector<uint32_t>& points = part.shared_points;
+Status check_shared_points(const PartView& part, uint32_t shared_count) {
+  const std::span<const uint32_t> points = part.shared_points;
   if (points.size() != part.shared_numbers.size()) return invalid_input("shared points without numbers");
   for (size_t i = 0; i < points.size(); ++i)
     if (points[i] >= part.mesh.point_count || (i > 0 && points[i] <= points[i - 1]) ||
@@ -66,7 +76,7 @@ class PieceOfSpill : public StoredBytes {
 constexpr uint32_t kNoNumber = 0xffffffffu;
 
 // For each point of the part its number among shared points, or kNoNumber.
-std::vector<uint32_t> shared_numbers_of(const MeshPart& part) {
+std::vector<uint32_t> shared_numbers_of(const PartView& part) {
   std::vector<uint32_t> numbers(part.mesh.point_count, kNoNumber);
   for (size_t i = 0; i < part.shared_points.size(); ++i)
     numbers[part.shared_points[i]] = part.shared_numbers[i];
@@ -91,7 +101,7 @@ struct Leftovers {
   std::unordered_map<uint32_t, uint32_t> point_of_shared;
 
   // Adds those of `from`, whose point i is the point number_in_patches[i] of its patches.
-  void add(const MeshPart& from, std::span<const uint32_t> number_in_patches,
+  void add(const PartView& from, std::span<const uint32_t> number_in_patches,
            std::span<const PointOwner> owners_in_patches);
 
  private:
@@ -110,7 +120,7 @@ uint32_t Leftovers::add_point(const Mesh& from, uint32_t point) {
   return part.mesh.point_count++;
 }
 
-void Leftovers::add(const MeshPart& from, std::span<const uint32_t> number_in_patches,
+void Leftovers::add(const PartView& from, std::span<const uint32_t> number_in_patches,
                     std::span<const PointOwner> owners_in_patches) {
   enum Use : uint8_t { kUnused, kInPatches, kInLeftovers };
   std::vector<uint8_t> use(from.mesh.point_count, kUnused);
@@ -152,7 +162,7 @@ class PartsEncoder {
         pool_(pool),
         shared_owners_(shared_count) {}
 
-  Status encode(const MeshPart& part);
+  Status encode(const PartView& part);
   Status finish_container();
   uint64_t bytes() const { return bytes_; }  // of all streams and stitch maps
   EncodedParts take() { return std::move(encoded_); }
@@ -165,22 +175,22 @@ class PartsEncoder {
     return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.containers.size());
   }
   Expected<Streams> encode_streams_of(const Mesh& mesh);
-  Status append_alone(const MeshPart& part, Streams& streams);
-  Status encode_patches(const MeshPart& part, const Room& room);
-  Status encode_with_leftovers(const MeshPart& part);
+  Status append_alone(const PartView& part, Streams& streams);
+  Status encode_patches(const PartView& part, const Room& room);
+  Status encode_with_leftovers(const PartView& part);
   Status encode_leftovers();
   bool is_full() const;
   Status condense();
   Expected<Mesh> decode_written();
-  std::vector<PointOwner> known_owners(const MeshPart& part, std::vector<PointOwner> owners) const;
-  Status append(const MeshPart& part, const Streams& streams, const Room& room);
-  Expected<bool> append_if_there_is_room(const MeshPart& part, const Streams& streams,
+  std::vector<PointOwner> known_owners(const PartView& part, std::vector<PointOwner> owners) const;
+  Status append(const PartView& part, const Streams& streams, const Room& room);
+  Expected<bool> append_if_there_is_room(const PartView& part, const Streams& streams,
                                          std::vector<PointOwner> owners, const Room& room);
   Status begin_container();
-  Status check_written(const MeshPart& part);
+  Status check_written(const PartView& part);
   Status rename_points(Mesh& decoded);
-  Status verify(const MeshPart& part, const Mesh& decoded);
-  void add_boxes(const MeshPart& part, const Mesh& decoded);
+  Status verify(const PartView& part, const Mesh& decoded);
+  void add_boxes(const PartView& part, const Mesh& decoded);
 
   const bool is_whole_;
   const std::span<const AttributeCoding> codings_;
@@ -293,7 +303,7 @@ Status PartsEncoder::condense() {
 }
 
 // `owners`, and the owners of shared points among earlier streams.
-std::vector<PointOwner> PartsEncoder::known_owners(const MeshPart& part, std::vector<PointOwner> owners) const {
+std::vector<PointOwner> PartsEncoder::known_owners(const PartView& part, std::vector<PointOwner> owners) const {
   owners.resize(part.mesh.point_count);
   for (size_t i = 0; i < part.shared_points.size(); ++i) {
     PointOwner& owner = owners[part.shared_points[i]];
@@ -303,7 +313,7 @@ std::vector<PointOwner> PartsEncoder::known_owners(const MeshPart& part, std::ve
 }
 
 // Stitches the streams to those of the parts before, and appends them.
-Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const Streams& streams,
+Expected<bool> PartsEncoder::append_if_there_is_room(const PartView& part, const Streams& streams,
                                                      std::vector<PointOwner> owners, const Room& room) {
   owners = known_owners(part, std::move(owners));
   first_stream_ = container_->stream_count();
@@ -328,7 +338,7 @@ Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const
   return true;
 }
 
-Status PartsEncoder::append(const MeshPart& part, const Streams& streams, const Room& room) {
+Status PartsEncoder::append(const PartView& part, const Streams& streams, const Room& room) {
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
   if (!container_)
     if (Status status = begin_container(); !status.ok()) return status;
@@ -366,7 +376,7 @@ Status PartsEncoder::rename_points(Mesh& decoded) {
   return {};
 }
 
-Status PartsEncoder::verify(const MeshPart& part, const Mesh& decoded) {
+Status PartsEncoder::verify(const PartView& part, const Mesh& decoded) {
   std::vector<uint32_t> source_point = source_point_;
   for (const auto& [number, point] : foreign_) source_point.push_back(point);
   return verify_mesh(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign_.size()), false,
@@ -375,7 +385,7 @@ Status PartsEncoder::verify(const MeshPart& part, const Mesh& decoded) {
 
 // Adds the boxes of the part's streams. The decoded positions of points that earlier parts own are not in
 // memory, but they are those of the input on its grid.
-void PartsEncoder::add_boxes(const MeshPart& part, const Mesh& decoded) {
+void PartsEncoder::add_boxes(const PartView& part, const Mesh& decoded) {
   const Attribute* const positions = decoded.find("POSITION");
   constexpr uint8_t kAxes = 3;
   if (positions == nullptr || positions->component_count != kAxes) return;
@@ -418,7 +428,7 @@ Expected<Mesh> PartsEncoder::decode_written() {
 }
 
 // Decodes the part, for the bounds and to verify it.
-Status PartsEncoder::check_written(const MeshPart& part) {
+Status PartsEncoder::check_written(const PartView& part) {
   const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
   Expected<Mesh> decoded = decode_written();
   if (!decoded) {
@@ -437,7 +447,7 @@ Status PartsEncoder::check_written(const MeshPart& part) {
 }
 
 // A part without leftovers, or a whole mesh.
-Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
+Status PartsEncoder::encode_patches(const PartView& part, const Room& room) {
   const EncodeOptions& options = options_.streams;
   Expected<Streams> streams = encode_streams_of(part.mesh);
   if (!streams) return streams.status();
@@ -449,7 +459,7 @@ Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
   return check_written(part);
 }
 
-Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
+Status PartsEncoder::encode_with_leftovers(const PartView& part) {
   ReducedMesh reduced =
       reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true}, pool_);
   std::vector<uint32_t> number(part.mesh.point_count, kNoNumber);
@@ -467,7 +477,7 @@ Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
     if (Status status = encode_patches(patches, room); !status.ok()) return status;
   leftovers_.add(part, number, owners_);
   keeps_owners_ = false;
-  owners_ = {};
+  owners_ = std::vector<PointOwner>();
   return {};
 }
 
@@ -508,7 +518,7 @@ Status PartsEncoder::encode_leftovers() {
 }
 
 // Each stream of the part alone.
-Status PartsEncoder::append_alone(const MeshPart& part, Streams& streams) {
+Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
   if (options_.streams.verify) {
     const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
     Status status = verify_alone(part.mesh, codings_, streams, pool_, encoded_.statistics);
@@ -551,7 +561,7 @@ Status PartsEncoder::append_alone(const MeshPart& part, Streams& streams) {
   return {};
 }
 
-Status PartsEncoder::encode(const MeshPart& part) {
+Status PartsEncoder::encode(const PartView& part) {
   if (Status status = check_mesh(part.mesh, codings_); !status.ok()) return status;
   const auto shared_count = static_cast<uint32_t>(shared_owners_.size());
   if (Status status = check_shared_points(part, shared_count); !status.ok()) return status;
@@ -589,12 +599,12 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding
   return encoder.take();
 }
 
-Expected<EncodedParts> encode_whole(const MeshPart& part, Span<const AttributeCoding> codings,
+Expected<EncodedParts> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
                                     const EncodeOptions& options, const ThreadPool& pool) {
   const PartsOptions as_parts{.streams = options};
   const MakeSpill make_spill = make_memory_spill;
   PartsEncoder encoder(true, 0, codings, as_parts, make_spill, pool);
-  Status status = encoder.encode(part);
+  Status status = encoder.encode(PartView(mesh));
   if (status.ok()) status = encoder.finish_container();
   if (!status.ok()) return status;
   return encoder.take();

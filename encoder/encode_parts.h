@@ -88,7 +88,7 @@ PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const A
 
 // The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
 // options.patch_count patches. With Alone::kWhole its only stream is alone.
-Expected<EncodedParts> encode_whole(const MeshPart& part, Span<const AttributeCoding> codings,
+Expected<EncodedParts> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
                                     const EncodeOptions& options, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -221,56 +221,83 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   return start;
 }
 
+// Faces in an order in which those of a patch are adjacent in memory, because they are used together.
+struct OrderedFaces {
+  std::vector<uint32_t> faces, patch_of;  // at each place
+  std::vector<uint32_t> limits;           // of each patch
+};
+
+// Cuts cells of faces, the largest first. Borders still run along the first cells.
+OrderedFaces cut_cells(Start start, uint32_t wanted, const Recuts& recuts, bool refine,
+                       const ThreadPool& pool) {
+  const Levels& levels = start.levels;
+  std::vector<uint32_t>& patch_of = start.patch_of;
+  const size_t face_count = start.first_cells.coarse_of.size();
+  const uint64_t most_coarse = std::max(uint64_t{kCoarseCells} * wanted, uint64_t{face_count / kCoarseFaces});
+  for (size_t level = levels.coarse_of.size();; --level) {
+    const CellGraph& cells = levels.graphs[level];
+    if (refine && (level == 0 || cells.cell_count() < most_coarse))
+      recut_borders(cells, start.face_limits,
+                    level == 0 && levels.coarse_of.size() > 0 ? recuts.middle : recuts.coarse, patch_of, pool);
+    if (level == 0) break;
+    patch_of = project(levels.coarse_of[level - 1], patch_of);
+  }
+  const Groups cells(patch_of, static_cast<uint32_t>(start.face_limits.size()));
+  const Groups cell_faces(start.first_cells.coarse_of, start.first_cells.count);
+  OrderedFaces ordered;
+  ordered.faces.reserve(face_count);
+  ordered.patch_of.reserve(face_count);
+  for (const uint32_t cell : cells.members)
+    for (uint32_t i = cell_faces.first[cell]; i < cell_faces.first[cell + 1]; ++i) {
+      ordered.faces.push_back(cell_faces.members[i]);
+      ordered.patch_of.push_back(patch_of[cell]);
+    }
+  ordered.limits = std::move(start.face_limits);
+  return ordered;
+}
+
+// Calls `free_faces` when the faces are not needed any more. What is not needed is freed early here, too: this
+// takes more memory than anything else that an encoder does.
+template <typename FreeFaces>
+Partition partition_of(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+                       const PartitionOptions& options, const ThreadPool& pool, const FreeFaces& free_faces) {
+  const size_t face_count = faces.size();
+  const auto wanted =
+      static_cast<uint32_t>(std::clamp<size_t>(options.patch_count, 1, std::max<size_t>(face_count, 1)));
+  Partition partition;
+  if (wanted == 1 || wanted == face_count) {
+    partition.patch_count = face_count == 0 ? 0 : wanted;
+    partition.patch_of_face.resize(face_count);
+    if (wanted > 1) std::iota(partition.patch_of_face.begin(), partition.patch_of_face.end(), 0u);
+    return partition;
+  }
+  const Recuts recuts = recuts_for(static_cast<double>(face_count) / wanted, options.method);
+  FaceGraph graph = face_graph(faces, vertex_count, pool);
+  const bool is_paper = options.method == PartitionMethod::kPaper;
+  if (!is_paper) free_faces();
+  Start start = is_paper ? start_of_paper(faces, vertex_count, graph, wanted, options, pool)
+                         : start_in_levels(graph, wanted, pool);
+  OrderedFaces ordered = cut_cells(std::move(start), wanted, recuts, options.refine, pool);
+  graph = reorder(graph, ordered.faces, pool);
+  if (options.refine) recut_borders(graph, ordered.limits, recuts.fine, ordered.patch_of, pool);
+  partition.patch_count = renumber(graph, static_cast<uint32_t>(ordered.limits.size()), ordered.patch_of);
+  graph = FaceGraph();
+  partition.patch_of_face.resize(face_count);
+  for (size_t i = 0; i < face_count; ++i) partition.patch_of_face[ordered.faces[i]] = ordered.patch_of[i];
+  return partition;
+}
+
 }  // namespace
 
 Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool) {
-  Partition partition;
-  partition.patch_of_face.assign(faces.size(), 0);
-  if (faces.empty()) return partition;
-  partition.patch_count = 1;
-  const auto wanted = static_cast<uint32_t>(std::min<size_t>(options.patch_count, faces.size()));
-  if (wanted <= 1) return partition;
-  if (wanted == faces.size()) {
-    std::iota(partition.patch_of_face.begin(), partition.patch_of_face.end(), 0u);
-    partition.patch_count = wanted;
-    return partition;
-  }
+  return partition_of(faces, vertex_count, options, pool, [] {});
+}
 
-  const double share = static_cast<double>(faces.size()) / wanted;
-  const FaceGraph graph = face_graph(faces, vertex_count, pool);
-  Start start = options.method == PartitionMethod::kPaper
-                    ? start_of_paper(faces, vertex_count, graph, wanted, options, pool)
-                    : start_in_levels(graph, wanted, pool);
-  const Levels& levels = start.levels;
-  const std::vector<uint32_t>& limits = start.face_limits;
-  std::vector<uint32_t>& patch_of = start.patch_of;
-  const Recuts recuts = recuts_for(share, options.method);
-  const uint64_t most_coarse = std::max(uint64_t{kCoarseCells} * wanted, uint64_t{faces.size() / kCoarseFaces});
-  for (size_t level = levels.coarse_of.size();; --level) {
-    const CellGraph& cells = levels.graphs[level];
-    if (options.refine && (level == 0 || cells.cell_count() < most_coarse))
-      recut_borders(cells, limits, level == 0 && levels.coarse_of.size() > 0 ? recuts.middle : recuts.coarse,
-                    patch_of, pool);
-    if (level == 0) break;
-    patch_of = project(levels.coarse_of[level - 1], patch_of);
-  }
-  // The faces of a patch are made adjacent in memory, because they are used together.
-  const Groups cells(patch_of, static_cast<uint32_t>(limits.size()));
-  const Groups cell_faces(start.first_cells.coarse_of, start.first_cells.count);
-  std::vector<uint32_t> order, patch_of_place;
-  order.reserve(faces.size());
-  patch_of_place.reserve(faces.size());
-  for (const uint32_t cell : cells.members)
-    for (uint32_t i = cell_faces.first[cell]; i < cell_faces.first[cell + 1]; ++i) {
-      order.push_back(cell_faces.members[i]);
-      patch_of_place.push_back(patch_of[cell]);
-    }
-  const FaceGraph ordered = reorder(graph, order, pool);
-  if (options.refine) recut_borders(ordered, limits, recuts.fine, patch_of_place, pool);
-  partition.patch_count = renumber(ordered, static_cast<uint32_t>(limits.size()), patch_of_place);
-  for (size_t i = 0; i < order.size(); ++i) partition.patch_of_face[order[i]] = patch_of_place[i];
-  return partition;
+Partition partition_faces(std::vector<std::array<uint32_t, 3>>&& faces, uint32_t vertex_count,
+                          const PartitionOptions& options, const ThreadPool& pool) {
+  std::vector<std::array<uint32_t, 3>> own = std::move(faces);
+  return partition_of(own, vertex_count, options, pool, [&] { own = std::vector<std::array<uint32_t, 3>>(); });
 }
 
 std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count) {

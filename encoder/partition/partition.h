@@ -47,6 +47,9 @@ struct Partition {
 // never on the number of threads. Two calls may share one pool.
 PSPLIT_EXPORT Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                                         const PartitionOptions& options, const ThreadPool& pool);
+// The same, which frees the faces as soon as it can.
+PSPLIT_EXPORT Partition partition_faces(std::vector<std::array<uint32_t, 3>>&& faces, uint32_t vertex_count,
+                                        const PartitionOptions& options, const ThreadPool& pool);
 
 // Divides `patch_count` patches between objects (the paper's section 4.3). An object with M of the S faces gets
 // floor(M x patch_count / S) patches, but at least one.

@@ -14,7 +14,7 @@ Status AttributeEncoder::take_integers(const AttributePlan& plan, std::vector<in
 // A value is that of the point at which a walk meets it. Groups often share a walk.
 void AttributeEncoder::find_points(const core::Group<uint32_t>& group) {
   const core::Sequence<uint32_t>& sequence = group.sequence;
-  if (!point_of_vertex_.empty() && sequence.corner.data() == walk_) return;
+  if (sequence.corner.data() == walk_) return;
   walk_ = sequence.corner.data();
   point_of_vertex_.resize(sequence.count);
   for (uint32_t i = 0; i < sequence.count; ++i)

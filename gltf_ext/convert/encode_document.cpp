@@ -20,9 +20,11 @@
 namespace psplit {
 namespace {
 
-void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Progress& progress) {
+// Only a mesh of a .drc file is needed after it (set_position_bounds).
+void encode_jobs(std::vector<EncodeJob>& jobs, bool keeps_meshes, const ThreadPool& pool,
+                 const Progress& progress) {
   size_t faces = 0;
-  for (const EncodeJob& job : jobs) faces += job.mesh.faces.size();
+  for (const EncodeJob& job : jobs) faces += job.face_count();
   std::atomic<size_t> done = 0;
   if (progress) progress(0, faces);
   pool.for_each(jobs.size(), [&](size_t i) {
@@ -34,14 +36,16 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
         done_of_job += count;
         progress(done += count, faces);
       };
+    if (!keeps_meshes) job.options.free_input = [&job] { job.free_mesh(); };
     Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
     if (encoded.ok())
       job.encoded = std::move(*encoded);
     else
       job.status = encoded.status();
     job.options.patch_encoded = {};
+    job.options.free_input = {};
     // Faces that are dropped or in no patch count as done.
-    if (progress) progress(done += job.mesh.faces.size() - done_of_job, faces);
+    if (progress) progress(done += job.face_count() - done_of_job, faces);
   });
 }
 
@@ -358,7 +362,7 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
   std::vector<EncodeJob>& jobs = read->jobs;
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
-  encode_jobs(jobs, pool, progress);
+  encode_jobs(jobs, document.from_draco, pool, progress);
   std::vector<SharedSizes> may_grow;
   if (Status status = leave_what_would_grow(document, options, jobs, may_grow, reports); !status.ok())
     return status;

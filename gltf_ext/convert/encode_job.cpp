@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "encoder/coding/grid_places.h"
 
@@ -32,6 +33,12 @@ ReduceOptions reduce_options(const EncodeJob& job) {
 }
 
 }  // namespace
+
+void EncodeJob::free_mesh() {
+  freed_faces = std::exchange(mesh.faces, {}).size();
+  for (Attribute& attribute : mesh.attributes)
+    attribute.values = Array<std::byte>();  // {} would keep the memory
+}
 
 void EncodeJob::note_storage() {
   const bool is_alone = parts ? options.alone == Alone::kAll : !encoded.lone_streams.empty();

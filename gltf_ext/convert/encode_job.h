@@ -24,7 +24,7 @@ struct EncodedInParts {
 
 struct EncodeJob {
   PrimitiveGroup group;  // the primitives that have this geometry
-  Mesh mesh;             // without points and faces if it is in parts
+  Mesh mesh;             // without points and faces if it is in parts; without arrays after free_mesh()
   std::vector<MorphAttribute> morphs;
   std::vector<Attribute> unrounded;  // the skin weights of the input
   std::vector<AttributeCoding> codings;
@@ -34,9 +34,10 @@ struct EncodeJob {
   bool drops_attributes = false;        // which its stock Draco stream would keep
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
+  uint64_t freed_faces = 0;
   Status status;
 
-  uint64_t face_count() const { return parts ? parts->faces : mesh.faces.size(); }
+  uint64_t face_count() const { return parts ? parts->faces : mesh.faces.size() + freed_faces; }
   uint64_t point_count() const { return parts ? parts->points : mesh.point_count; }
   // Containers and lone streams: each becomes a primitive.
   size_t piece_count() const {
@@ -50,6 +51,8 @@ struct EncodeJob {
     return nullptr;
   }
 
+  // Frees the values and the faces. Their counts stay.
+  void free_mesh();
   // Fills in stored_as and stored_bytes.
   void note_storage();
   // Fills in what the report says about the output.

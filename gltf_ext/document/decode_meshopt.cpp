@@ -1,5 +1,9 @@
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
 #include <set>
 
 #include "gltf_ext/document/asset_records.h"
@@ -48,6 +52,46 @@ bool is_newer(const MeshoptRecord& view, std::span<const uint8_t> bytes) {
   return codec == (view.mode == "TRIANGLES" ? 0xe : 0xd) && version > 1;
 }
 
+// The two filters that round square roots. meshoptimizer estimates their reciprocals, with other results on
+// other processors; these are EXT_meshopt_compression's own formulas, whose results are the same everywhere.
+template <typename T>
+void unfilter_directions(uint8_t* rows, size_t count) {
+  for (size_t i = 0; i < count; ++i, rows += 4 * sizeof(T)) {
+    T row[4];
+    std::memcpy(row, rows, sizeof row);
+    // In units of the row's third number, so that all are integers.
+    double x = row[0], y = row[1];
+    const double z = row[2] - std::fabs(x) - std::fabs(y), below = std::min(z, 0.0);
+    x -= std::copysign(below, x);
+    y -= std::copysign(below, y);
+    const double length = std::sqrt(x * x + y * y + z * z), scale = std::numeric_limits<T>::max();
+    const auto rounded = [&](double value) {
+      return static_cast<T>(length > 0 ? std::lround(value / length * scale) : 0);
+    };
+    row[0] = rounded(x), row[1] = rounded(y), row[2] = rounded(z);
+    std::memcpy(rows, row, sizeof row);
+  }
+}
+
+int16_t to_int16(double value) {
+  return static_cast<int16_t>(std::clamp(std::lround(value), -0x8000L, 0x7fffL));
+}
+
+void unfilter_rotations(uint8_t* rows, size_t count) {
+  for (size_t i = 0; i < count; ++i, rows += 4 * sizeof(int16_t)) {
+    int16_t row[4];
+    std::memcpy(row, rows, sizeof row);
+    const int largest = row[3] & 3, one = row[3] | 3;
+    const double scale = 32767 * std::sqrt(0.5) / one;
+    const double x = row[0], y = row[1], z = row[2];
+    const double left = 1 - (x * x + y * y + z * z) / (2.0 * one * one);
+    int16_t rotation[4];
+    for (int k = 0; k < 3; ++k) rotation[(largest + 1 + k) % 4] = to_int16(row[k] * scale);
+    rotation[largest] = to_int16(32767 * std::sqrt(std::max(left, 0.0)));
+    std::memcpy(rows, rotation, sizeof rotation);
+  }
+}
+
 bool decode(const MeshoptRecord& view, std::span<const uint8_t> bytes, uint8_t* to) {
   const uint8_t* from = bytes.data();
   if (view.mode == "TRIANGLES")
@@ -55,8 +99,9 @@ bool decode(const MeshoptRecord& view, std::span<const uint8_t> bytes, uint8_t* 
   if (view.mode == "INDICES")
     return meshopt_decodeIndexSequence(to, view.count, view.stride, from, bytes.size()) == 0;
   if (meshopt_decodeVertexBuffer(to, view.count, view.stride, from, bytes.size()) != 0) return false;
-  if (view.filter == "OCTAHEDRAL") meshopt_decodeFilterOct(to, view.count, view.stride);
-  if (view.filter == "QUATERNION") meshopt_decodeFilterQuat(to, view.count, view.stride);
+  if (view.filter == "OCTAHEDRAL" && view.stride == 4) unfilter_directions<int8_t>(to, view.count);
+  if (view.filter == "OCTAHEDRAL" && view.stride == 8) unfilter_directions<int16_t>(to, view.count);
+  if (view.filter == "QUATERNION") unfilter_rotations(to, view.count);
   if (view.filter == "EXPONENTIAL") meshopt_decodeFilterExp(to, view.count, view.stride);
   return true;
 }

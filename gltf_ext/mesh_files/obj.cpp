@@ -403,7 +403,7 @@ class ObjReader {
 
   void finish() {
     points_.drop_table();
-    numbers_in_parts_ = {};
+    numbers_in_parts_ = std::vector<uint32_t>();
     say_losses();
     std::vector<std::vector<uint32_t>> points_of_part(parts_.size());
     for (uint32_t i = 0; i < points_.points().size(); ++i)

@@ -54,7 +54,7 @@ Status CellAssignment::assign() {
   counts_.assign(tree_.cell_count(), {});
   Array<Cell> cell_of_point;
   if (!mesh_->is_soup()) cell_of_point.resize(static_cast<size_t>(mesh_->point_count()));
-  cell_of_point_ = {};
+  cell_of_point_ = Array<Cell>();
   Status status = for_each_point([&](uint64_t first, std::span<const uint8_t>, std::span<const Cell> cells) {
     for (const Cell cell : cells) ++counts_[cell].points;
     if (!mesh_->is_soup()) std::ranges::copy(cells, cell_of_point.begin() + static_cast<std::ptrdiff_t>(first));

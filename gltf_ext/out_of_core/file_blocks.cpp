@@ -86,7 +86,7 @@ Status BucketFile::write(uint32_t index) {
 Status BucketFile::finish() {
   for (uint32_t i = 0; i < buckets_.size(); ++i)
     if (Status status = write(i); !status.ok()) return status;
-  buffers_ = {};
+  buffers_ = std::vector<uint8_t>();
   return {};
 }
 

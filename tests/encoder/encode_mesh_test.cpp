@@ -200,6 +200,29 @@ TEST(EncodeMesh, MergesDuplicatesAndCountsThem) {
   EXPECT_EQ(open_container(kept.container)->point_count(), 6u);
 }
 
+TEST(EncodeMesh, LetsTheInputBeFreedOnceIfItIsNotTheMeshItself) {
+  const ThreadPool pool(2);
+  Mesh changed = make_grid(20, 20);
+  changed.faces.push_back({7, 7, 8});
+  for (const bool drops : {true, false})
+    for (const bool by_bytes : {false, true}) {
+      SCOPED_TRACE(std::string(drops ? "changed" : "as it was") + (by_bytes ? ", by bytes" : ""));
+      Mesh mesh = drops ? changed : make_grid(20, 20);
+      const std::vector<AttributeCoding> codings = default_codings(mesh, false).codings;
+      EncodeOptions options{.patch_count = 3, .drop_degenerate = true};
+      options.choose_by_bytes = options.condense_smallest = by_bytes;
+      const EncodedMesh expected = must(encode_mesh(mesh, codings, options, pool));
+      size_t count = 0;
+      options.free_input = [&] {
+        ++count;
+        mesh.faces = Array<std::array<uint32_t, 3>>();
+        for (Attribute& attribute : mesh.attributes) attribute.values = Array<std::byte>();
+      };
+      EXPECT_EQ(must(encode_mesh(mesh, codings, options, pool)).container, expected.container);
+      EXPECT_EQ(count, drops ? 1u : 0u);
+    }
+}
+
 TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
   Mesh mesh = two_triangles();
   mesh.faces.push_back({1, 1, 2});

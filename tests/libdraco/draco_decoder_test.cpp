@@ -27,7 +27,11 @@ void describe(const draco::Metadata& metadata, std::ostream& out) {
   }
 }
 
-// All that a geometry has, as text. Values stand in it byte by byte.
+void write(uint32_t number, std::ostream& out) {
+  out.write(reinterpret_cast<const char*>(&number), sizeof number);
+}
+
+// All that a geometry has, as text. Values, points of values and faces stand in it byte by byte.
 std::string describe(const draco::PointCloud& cloud) {
   std::ostringstream out;
   out << cloud.num_points() << " points\n";
@@ -42,7 +46,7 @@ std::string describe(const draco::PointCloud& cloud) {
       out << cloud.GetNamedAttributeId(attribute.attribute_type(), n) << ' ';
     if (!attribute.is_mapping_identity())
       for (draco::PointIndex point(0); point < cloud.num_points(); ++point)
-        out << attribute.mapped_index(point).value() << ' ';
+        write(attribute.mapped_index(point).value(), out);
     // If libdraco skips the transform of normals, spare bytes of three floats stay behind two integers.
     out.write(reinterpret_cast<const char*>(attribute.buffer()->data()),
               static_cast<std::streamsize>(attribute.size()) * attribute.byte_stride());
@@ -67,7 +71,7 @@ std::string describe(const draco::Mesh& mesh) {
   std::ostringstream out;
   out << describe(static_cast<const draco::PointCloud&>(mesh)) << mesh.num_faces() << " faces ";
   for (draco::FaceIndex face(0); face < mesh.num_faces(); ++face)
-    for (const draco::PointIndex& point : mesh.face(face)) out << point.value() << ' ';
+    for (const draco::PointIndex& point : mesh.face(face)) write(point.value(), out);
   for (int i = 0; i < mesh.num_attributes(); ++i) out << mesh.GetAttributeElementType(i) << ' ';
   return out.str();
 }

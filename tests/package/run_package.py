@@ -2,16 +2,18 @@
 """Installs psplit as static and as shared libraries. Builds and runs gltf_ext/examples as a project that finds it, as one
 that brings its sources, and with pkg-config:
 
-  run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
+  run_package.py --source FOLDER --build FOLDER --folder FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND
+    --shared ON|OFF
 
 --build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
-command and the tests. The project has a folder src of its own, from which no header of ours may be taken. c/examples is a
-project in C, which finds it and uses pkg-config.
+command and the tests. All is made in --folder, which is removed first and last: it has the same name each time, so that a
+compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours may be taken.
+c/examples is a project in C, which finds it and uses pkg-config.
 """
-import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys, tempfile
+import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys
 
 parser = argparse.ArgumentParser()
-for name in ("source", "build", "psplit", "cmake", "compiler", "shared"):
+for name in ("source", "build", "folder", "psplit", "cmake", "compiler", "shared"):
     parser.add_argument("--" + name, required=True)
 options = parser.parse_args()
 source = pathlib.Path(options.source)
@@ -292,31 +294,33 @@ endif()
         sys.exit("psplit without libdraco links it")
 
 
-with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
-    folder = pathlib.Path(name)
-    asset = folder / "asset.glb"
-    run(options.psplit, "generate", "-q", folder / "plain.glb", "--shape", "blob", "--faces", 20000, "--seed", 1)
-    run(options.psplit, "encode", "-q", "--patches", 5, folder / "plain.glb", asset)
-    assets = {"plain": folder / "plain.glb", "patches": asset, "stock": folder / "stock.glb", "drc": folder / "stock.drc"}
-    run(options.psplit, "decode", "-q", asset, assets["stock"], "--to", "draco")
-    assets["drc"].write_bytes(stock_stream(assets["stock"]))
-    for shared in ("OFF", "ON"):
-        kind = "shared" if shared == "ON" else "static"
-        build = options.build
-        if shared != options.shared:
-            build = folder / f"{kind}-build"
-            # Without optimization everything compiles in half the time, and inlining hides no missing symbol.
-            configure(source, build, "-DPSPLIT_BUILD_TOOLS=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_CUDA=OFF",
-                      "-DPSPLIT_UNITY_BUILD=ON", "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBUILD_SHARED_LIBS=" + shared)
-            run(options.cmake, "--build", build)
-        run(options.cmake, "--install", build, "--prefix", folder / kind)
-        libraries = sorted(path.name for path in (folder / kind).rglob("libpsplit_*"))
-        if not any(library.endswith(".so" if shared == "ON" else ".a") for library in libraries):
-            sys.exit(f"{kind}: installed {libraries}")
-        check(kind, folder / kind, folder / f"{kind}-project", assets)
-        if shared == "ON":
-            check_exports(folder / kind)
-        else:
-            check_headers(folder / kind)
-            check_reasons(folder / kind, folder / "reasons")
-    check_sources(folder / "sources", assets)
+folder = pathlib.Path(options.folder)
+shutil.rmtree(folder, ignore_errors=True)
+folder.mkdir()
+asset = folder / "asset.glb"
+run(options.psplit, "generate", "-q", folder / "plain.glb", "--shape", "blob", "--faces", 20000, "--seed", 1)
+run(options.psplit, "encode", "-q", "--patches", 5, folder / "plain.glb", asset)
+assets = {"plain": folder / "plain.glb", "patches": asset, "stock": folder / "stock.glb", "drc": folder / "stock.drc"}
+run(options.psplit, "decode", "-q", asset, assets["stock"], "--to", "draco")
+assets["drc"].write_bytes(stock_stream(assets["stock"]))
+for shared in ("OFF", "ON"):
+    kind = "shared" if shared == "ON" else "static"
+    build = options.build
+    if shared != options.shared:
+        build = folder / f"{kind}-build"
+        # Without optimization everything compiles in half the time, and inlining hides no missing symbol.
+        configure(source, build, "-DPSPLIT_BUILD_TOOLS=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_CUDA=OFF",
+                  "-DPSPLIT_UNITY_BUILD=ON", "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBUILD_SHARED_LIBS=" + shared)
+        run(options.cmake, "--build", build)
+    run(options.cmake, "--install", build, "--prefix", folder / kind)
+    libraries = sorted(path.name for path in (folder / kind).rglob("libpsplit_*"))
+    if not any(library.endswith(".so" if shared == "ON" else ".a") for library in libraries):
+        sys.exit(f"{kind}: installed {libraries}")
+    check(kind, folder / kind, folder / f"{kind}-project", assets)
+    if shared == "ON":
+        check_exports(folder / kind)
+    else:
+        check_headers(folder / kind)
+        check_reasons(folder / kind, folder / "reasons")
+check_sources(folder / "sources", assets)
+shutil.rmtree(folder)

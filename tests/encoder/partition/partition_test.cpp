@@ -38,7 +38,11 @@ uint32_t vertex_count(const Faces& faces) {
 
 Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, PartitionOptions options = {}) {
   options.patch_count = patch_count;
-  return partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
+  Partition partition = partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
+  Faces freed = faces;
+  EXPECT_EQ(partition_faces(std::move(freed), vertex_count(faces), options, ThreadPool(threads)).patch_of_face,
+            partition.patch_of_face);
+  return partition;
 }
 
 PartitionOptions unrefined(PartitionOptions options = {}) {

@@ -149,9 +149,15 @@ TEST(Meshopt, FiltersAreUndone) {
   const auto normal = read_accessor(document, 0), rotation = read_accessor(document, 1),
              value = read_accessor(document, 2);
   ASSERT_TRUE(normal && rotation && value);
+  // meshoptimizer rounds estimates.
+  std::vector<int8_t> estimated_normals = octahedral;
+  meshopt_decodeFilterOct(estimated_normals.data(), count, 4);
+  std::vector<int16_t> estimated_rotations = quaternions;
+  meshopt_decodeFilterQuat(estimated_rotations.data(), count, 8);
   for (size_t i = 0; i < count; ++i) {
     for (size_t c = 0; c < 3; ++c) {
       EXPECT_NEAR(static_cast<int8_t>(normal->values[3 * i + c]) / 127.0, double{normals[4 * i + c]}, 0.02);
+      EXPECT_NEAR(static_cast<int8_t>(normal->values[3 * i + c]), estimated_normals[4 * i + c], 1);
       float decoded = 0;
       std::memcpy(&decoded, value->values.data() + (3 * i + c) * 4, 4);
       // All components of an element have the same exponent.
@@ -161,6 +167,7 @@ TEST(Meshopt, FiltersAreUndone) {
     for (size_t c = 0; c < 4; ++c) {
       int16_t decoded = 0;
       std::memcpy(&decoded, rotation->values.data() + (4 * i + c) * 2, 2);
+      EXPECT_NEAR(decoded, estimated_rotations[4 * i + c], 1);
       dot += decoded / 32767.0 * double{rotations[4 * i + c]};
     }
     EXPECT_NEAR(std::fabs(dot), 1, 1e-3);
