@@ -231,7 +231,7 @@ TEST_F(BatchJobs, OnlyTheAssetThatRunsOutOfMemoryFails) {
   if (!kMeasuresMemory) GTEST_SKIP() << "a sanitizer takes memory, too";
   generate_many(6);
   const std::string limited = "ulimit -v 70000; exec $P batch 'in/*' -o out --progress json -q -j 1";
-  must_run({"generate", path("in/huge.glb"), "--faces", "400k", "-q"});
+  must_run({"generate", path("in/huge.glb"), "--faces", "800k", "-q"});
   EXPECT_EQ(shell(limited), 75);
   EXPECT_EQ(progress()["in/huge.glb"], "failed");
   EXPECT_EQ(count(progress(), "encoded"), 6u) << out_ << err_;
