@@ -70,8 +70,9 @@ struct EncodeOptions {
   Span<const uint32_t> patch_of_face{};
   // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
   std::function<void(size_t)> patch_encoded{};
-  // May free the arrays of the input. Called once when encode_mesh has a copy of what it needs of them; not
-  // called if it needs them to its end.
+  // May free the faces and the values of the input, and nothing else of it. encode_mesh calls it at most once,
+  // when it has a copy of what it needs of them: not if nothing is merged or dropped, or if it fails before.
+  // encode_parts does not call it.
   std::function<void()> free_input{};
 };
 

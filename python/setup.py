@@ -1,8 +1,8 @@
 """Builds the module in C++ with the project's CMakeLists.txt. pyproject.toml has the rest.
 
 Environment:
-    PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if its packages are found, without libdraco,
-                     meshoptimizer and libpng if one of these is not;
+    PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if its packages are found, without libdraco
+                     and meshoptimizer if one of these is not;
                      CMAKE_ARGS=-DPSPLIT_WITH_DRACO=OFF builds it without libdraco
     PSPLIT_BUILD     the folder to build in; by default build/wheel-* of the checkout, where a second build is quick
     CMAKE_ARGS       more arguments for CMake
@@ -34,9 +34,9 @@ class BuildWithCMake(build_ext):
         if wanted != "AUTO":
             self.configure(build, wanted)
         elif not self.configure(build, "ON", may_fail=True):
-            print("psplit: CMake does not find all that the encoder can use (above); trying without", flush=True)
+            print("psplit: CMake fails (above); trying without libdraco and meshoptimizer", flush=True)
             if not self.configure(build, "ON", "OFF", may_fail=True):
-                print("psplit: CMake does not find what the encoder needs (above); the package will only decode", flush=True)
+                print("psplit: CMake fails (above); the package will only decode", flush=True)
                 self.configure(build, "OFF")
         subprocess.run(["cmake", "--build", str(build), "--config", "Release", "--target", "psplit_python"], check=True)
         module.parent.mkdir(parents=True, exist_ok=True)
@@ -49,7 +49,7 @@ class BuildWithCMake(build_ext):
         command = ["cmake", "-S", str(project), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DPSPLIT_BUILD_PYTHON=ON",
                    f"-DPSPLIT_PYTHON={sys.executable}", f"-DPSPLIT_BUILD_ENCODER={encoder}", "-DPSPLIT_BUILD_TOOLS=OFF",
                    "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_INSTALL=OFF", "-DPSPLIT_CUDA=OFF", "-DPSPLIT_THREADS=STD",
-                   *(f"-DPSPLIT_WITH_{name}={libraries}" for name in ("DRACO", "MESHOPTIMIZER", "PNG"))]
+                   *(f"-DPSPLIT_WITH_{name}={libraries}" for name in ("DRACO", "MESHOPTIMIZER"))]
         if sys.platform.startswith("linux"):
             command.append("-DCMAKE_MODULE_LINKER_FLAGS=-s")  # no symbols that only debuggers need
         if "CMAKE_GENERATOR" not in os.environ and shutil.which("ninja"):

@@ -262,11 +262,11 @@ template <typename FreeFaces>
 Partition partition_of(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                        const PartitionOptions& options, const ThreadPool& pool, const FreeFaces& free_faces) {
   const size_t face_count = faces.size();
-  const auto wanted =
-      static_cast<uint32_t>(std::clamp<size_t>(options.patch_count, 1, std::max<size_t>(face_count, 1)));
   Partition partition;
+  if (face_count == 0) return partition;
+  const auto wanted = static_cast<uint32_t>(std::clamp<size_t>(options.patch_count, 1, face_count));
   if (wanted == 1 || wanted == face_count) {
-    partition.patch_count = face_count == 0 ? 0 : wanted;
+    partition.patch_count = wanted;
     partition.patch_of_face.resize(face_count);
     if (wanted > 1) std::iota(partition.patch_of_face.begin(), partition.patch_of_face.end(), 0u);
     return partition;

@@ -61,8 +61,9 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
   const core::Attribute<uint32_t>& description = plan.description;
   int32_t* to = out.data();
   const auto no_grid = [&] {
-    return invalid_input(source.semantic +
-                         " fits no grid: a value is not finite, or its extent is too large or too small");
+    return invalid_input(
+        source.semantic +
+        " fits no grid: a value is not finite, or the extent of its values is too large or too small");
   };
   if (description.coding == core::Coding::kNormal) {
     const core::OctahedralGrid grid(description.bits);
@@ -77,15 +78,16 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
     return {};
   }
   if (description.coding == core::Coding::kQuantized) {
-    // An infinite value anywhere makes the range infinite, and rounding a finite one to it is undefined.
+    // An infinite value anywhere makes the range infinite.
     const float range = description.range;
     if (!std::isfinite(grid_place(range, 0, range, description.bits))) return no_grid();
     const size_t stride = core::value_stride(source.component_count);
     for (const uint32_t row : rows) {
       for (size_t k = 0; k < source.component_count; ++k) {
         const auto value = component_at<float>(source, row, k);
-        if (!std::isfinite(value)) return no_grid();
-        to[k] = static_cast<int32_t>(grid_place(value, plan.origin[k], range, description.bits));
+        const float place = grid_place(value, plan.origin[k], range, description.bits);
+        if (!(std::fabs(place) < 0x1p31f)) return no_grid();  // also if the value or the origin is not a number
+        to[k] = static_cast<int32_t>(place);
       }
       to += stride;
     }

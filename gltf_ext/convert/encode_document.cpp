@@ -20,7 +20,7 @@
 namespace psplit {
 namespace {
 
-// Only a mesh of a .drc file is needed after it (set_position_bounds).
+// keeps_meshes: the meshes are needed afterwards, as set_position_bounds needs those of .drc files.
 void encode_jobs(std::vector<EncodeJob>& jobs, bool keeps_meshes, const ThreadPool& pool,
                  const Progress& progress) {
   size_t faces = 0;
@@ -44,6 +44,7 @@ void encode_jobs(std::vector<EncodeJob>& jobs, bool keeps_meshes, const ThreadPo
       job.status = encoded.status();
     job.options.patch_encoded = {};
     job.options.free_input = {};
+    if (!keeps_meshes) job.free_mesh();
     // Faces that are dropped or in no patch count as done.
     if (progress) progress(done += job.face_count() - done_of_job, faces);
   });

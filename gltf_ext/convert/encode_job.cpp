@@ -35,7 +35,7 @@ ReduceOptions reduce_options(const EncodeJob& job) {
 }  // namespace
 
 void EncodeJob::free_mesh() {
-  freed_faces = std::exchange(mesh.faces, {}).size();
+  freed_faces += std::exchange(mesh.faces, {}).size();
   for (Attribute& attribute : mesh.attributes)
     attribute.values = Array<std::byte>();  // {} would keep the memory
 }

@@ -2,18 +2,17 @@
 """Installs psplit as static and as shared libraries. Builds and runs gltf_ext/examples as a project that finds it, as one
 that brings its sources, and with pkg-config:
 
-  run_package.py --source FOLDER --build FOLDER --folder FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND
-    --shared ON|OFF
+  run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
 --build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
-command and the tests. All is made in --folder, which is removed first and last: it has the same name each time, so that a
-compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours may be taken.
+command and the tests. All is made in its folder package_test, which stays if something fails. It has the same name each time,
+so that a compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours may be taken.
 c/examples is a project in C, which finds it and uses pkg-config.
 """
 import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys
 
 parser = argparse.ArgumentParser()
-for name in ("source", "build", "folder", "psplit", "cmake", "compiler", "shared"):
+for name in ("source", "build", "psplit", "cmake", "compiler", "shared"):
     parser.add_argument("--" + name, required=True)
 options = parser.parse_args()
 source = pathlib.Path(options.source)
@@ -294,8 +293,9 @@ endif()
         sys.exit("psplit without libdraco links it")
 
 
-folder = pathlib.Path(options.folder)
-shutil.rmtree(folder, ignore_errors=True)
+folder = pathlib.Path(options.build) / "package_test"
+if folder.exists():
+    shutil.rmtree(folder)
 folder.mkdir()
 asset = folder / "asset.glb"
 run(options.psplit, "generate", "-q", folder / "plain.glb", "--shape", "blob", "--faces", 20000, "--seed", 1)

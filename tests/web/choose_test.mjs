@@ -332,6 +332,23 @@ test('`signal` ends all requests at once', { ...needs_tool, timeout: 60000 }, as
   assert.ok(asked.length < 9);  // no more than some at a time
 });
 
+// More requests than may run at a time.
+test('responses that do not end after their last byte', { ...needs_tool, timeout: 60000 }, async () => {
+  const [glb] = large, chosen = (patchCount) => Array.from({ length: Math.floor(patchCount / 9) }, (_, i) => 9 * i);
+  async function* endless(bytes) {
+    yield bytes;
+    await new Promise(() => {});
+  }
+  const { origin, asked } = await serve_ranges((name, range) => {
+    const answer = part_of_file(glb, range);
+    return { ...answer, body: endless(answer.body) };
+  });
+  const { primitives: [some] } = await pool.decodeUrl(`${origin}/a.glb`, { choose: ({ patchCount }) => chosen(patchCount) });
+  const { primitives: [whole] } = await pool.decodeUrl(new Response(glb));
+  check_chosen(some, whole, chosen(whole.patchCount));
+  assert.ok(asked.length > 6, `${asked.length} requests`);
+});
+
 test('several containers, buffers beside the file, and accessors', async () => {
   const gltf = JSON.parse(readFileSync(path.join(samples, 'fallback.gltf'), 'utf8')), files = Object.fromEntries(
     gltf.buffers.map(({ uri }) => [`/${uri}`, read_sample(uri)]));

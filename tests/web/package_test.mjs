@@ -57,7 +57,7 @@ test('it exports what its types declare', () => {
 
 // Limits a little above the sizes, so that growth is seen. docs/web.md has the targets.
 const brotli = (contents) => brotliCompressSync(contents).length;
-for (const [name, most] of [['psplit.wasm', 68800], ['psplit_encoder.wasm', 174000], ['draco/draco_decoder.wasm', 34500], ['draco/draco_wasm_wrapper.js', 8850], ['draco/draco_encoder.wasm', 56000], ['draco/draco_encoder.js', 5700], ['inline.js', 98400]])
+for (const [name, most] of [['psplit.wasm', 68800], ['psplit_encoder.wasm', 174000], ['draco/draco_decoder.wasm', 34500], ['draco/draco_wasm_wrapper.js', 8850], ['draco/draco_encoder.wasm', 56000], ['draco/draco_encoder.js', 5700], ['inline.js', 98600]])
   test(`the size of ${name}`, () => {
     const bytes = brotli(readFileSync(path.join(package_folder, name)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

@@ -4,7 +4,6 @@ import { front_bytes, joined, kStitchBytes, kStreamBytes, sum, wrong_length } fr
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
 import { Decoder } from './instance.js';
-import { signal_of } from './job.js';
 import { with_arrays } from './part.js';
 import { array_of } from './types.js';
 
@@ -15,6 +14,7 @@ const kFrontBytes = 4096;
 // Ranges that are nearer to each other than this are one request, up to a size.
 const kNearBytes = 8192, kMostBytes = 262144, kMostGroups = 64;
 const kMostRequests = 6;  // at a time
+const kMostEndMs = 1000;
 
 const failed = (message) => new PsplitError(message, 'failed');
 const invalid = (message) => new PsplitError(message, 'invalid-input');
@@ -31,6 +31,13 @@ function validator_of({ headers }) {
 function range_of({ headers }) {
   const numbers = /^bytes (\d{1,15})-(\d{1,15})\/(\d{1,15})$/.exec(headers.get('Content-Range'));
   return numbers && [Number(numbers[1]), Number(numbers[2]) + 1, Number(numbers[3])];
+}
+
+// What read() gives after the last byte that was asked for. If the server does not end its response soon, that is its end.
+async function end_of(reader) {
+  let timer;
+  const late = new Promise((resolve) => (timer = setTimeout(resolve, kMostEndMs, { done: true })));
+  return Promise.race([reader.read(), late]).finally(() => clearTimeout(timer));
 }
 
 // A file on a server that sends parts of it. Only bytes that are needed are asked for.
@@ -122,9 +129,9 @@ class RangedFile {
     const is_whole = status === 200, reader = body.getReader();
     let at = is_whole ? 0 : begin;
     try {
-      // A response is read to its end, so that its connection can be used again. Nobody waits for the end itself.
+      // A response is read to its end, so that its connection can be used again.
       while (at < end || !is_whole) {
-        const { done, value } = await reader.read();
+        const { done, value } = await (at < end ? reader.read() : end_of(reader));
         if (done && at < end) throw failed(`${this.#url}: the server sent fewer bytes than it said`);
         if (done) return;
         if (at + value.length > end && !is_whole) throw failed(`${this.#url}: the server sent more bytes than it said`);
@@ -148,8 +155,11 @@ export async function open_ranged(input, signal) {
   const fetch_range = async (range, more = {}) => {
     const headers = new Headers(is_request ? input.headers : undefined);
     for (const [name, value] of Object.entries({ Range: range, ...more })) headers.set(name, value);
-    const of_request = signal_of(signal);
-    return { response: await fetch(is_request ? input.clone() : input, { headers, signal: of_request.signal }), release: of_request.release };
+    const own = new AbortController(), abort = () => own.abort();
+    signal.addEventListener('abort', abort);
+    if (signal.aborted) abort();
+    return { response: await fetch(is_request ? input.clone() : input, { headers, signal: own.signal }),
+      release: () => signal.removeEventListener('abort', abort) };
   };
   let response = input;
   if (!(input instanceof Response) && !(is_request && (input.method !== 'GET' || input.headers.has('Range')))) {

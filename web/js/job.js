@@ -19,16 +19,15 @@ export function check_signal(signal) {
   if (signal != null && typeof signal.addEventListener !== 'function') throw invalid('the option `signal` is not an AbortSignal');
 }
 
-/** A signal that aborts with others (null and undefined are left out), until release(), and when end() is called, which releases. */
+/** A signal that aborts with others (null and undefined are left out) and when end() is called, which lets go of them. */
 export function signal_of(...others) {
   const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();
   const signals = others.filter((other) => other != null);
   signals.forEach(check_signal);
   for (const other of signals) other.addEventListener('abort', abort);
   if (signals.some(({ aborted }) => aborted)) abort();
-  const release = () => signals.forEach((other) => other.removeEventListener('abort', abort));
-  return { signal, release, end() {
-    release();
+  return { signal, end() {
+    for (const other of signals) other.removeEventListener('abort', abort);
     abort();
   } };
 }

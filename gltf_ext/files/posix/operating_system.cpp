@@ -518,8 +518,8 @@ size_t terminal_columns(std::FILE* stream) {
 
 void expect_large_arrays() {
 #ifdef __GLIBC__
-  // The malloc of a sanitizer has no options. It would write an eighth of what is reserved.
-  if (mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0) return;
+  // AddressSanitizer's malloc takes no options. It would write an eighth of what is reserved.
+  if (mallopt(M_MMAP_MAX, 0) != 1 || mallopt(M_TRIM_THRESHOLD, -1) != 1) return;
 #if defined(__linux__)
   // malloc takes memory at the end of its own, and keeps it. So addresses are reserved for it, and asked to be
   // large pages when they are touched. Memory beyond them has small pages. Where addresses are limited, others

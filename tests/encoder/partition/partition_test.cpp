@@ -38,11 +38,7 @@ uint32_t vertex_count(const Faces& faces) {
 
 Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, PartitionOptions options = {}) {
   options.patch_count = patch_count;
-  Partition partition = partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
-  Faces freed = faces;
-  EXPECT_EQ(partition_faces(std::move(freed), vertex_count(faces), options, ThreadPool(threads)).patch_of_face,
-            partition.patch_of_face);
-  return partition;
+  return partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
 }
 
 PartitionOptions unrefined(PartitionOptions options = {}) {
@@ -161,6 +157,19 @@ TEST(Partition, DoesNotDependOnThreads) {
     const Partition one = cut(faces, 40, 1, options);
     for (const int threads : {2, 3, 7})
       EXPECT_EQ(one.patch_of_face, cut(faces, 40, threads, options).patch_of_face);
+  }
+}
+
+TEST(Partition, FreesFacesThatItIsGiven) {
+  const Faces faces = sheet(30, 20, true);
+  for (PartitionOptions options : {PartitionOptions(), paper(PathDistance::kDijkstra)}) {
+    options.patch_count = 7;
+    const Partition expected = cut(faces, 7, 2, options);
+    Faces given = faces;
+    const Partition partition = partition_faces(std::move(given), vertex_count(faces), options, ThreadPool(2));
+    EXPECT_EQ(partition.patch_of_face, expected.patch_of_face);
+    EXPECT_EQ(partition.patch_count, expected.patch_count);
+    EXPECT_EQ(given.capacity(), 0u);
   }
 }
 

@@ -174,6 +174,37 @@ TEST(Meshopt, FiltersAreUndone) {
   }
 }
 
+// The rows that a view decodes to.
+template <typename T>
+std::vector<T> undone(const char* filter, const std::vector<T>& rows) {
+  CompressedAsset asset;
+  const size_t stride = 4 * sizeof(T);
+  asset.add(compress_attributes(bytes_of(rows), stride), stride, rows.size() / 4, "ATTRIBUTES", filter,
+            {{"componentType", sizeof(T) == 1 ? 5120 : 5122}, {"type", "VEC4"}, {"normalized", true}});
+  asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"_V":0},"mode":0}]}])");
+  const AccessorData read = must(read_accessor(must(asset.read()), 0));
+  std::vector<T> values(rows.size());
+  EXPECT_EQ(read.values.size(), rows.size() * sizeof(T));
+  std::memcpy(values.data(), read.values.data(), read.values.size());
+  return values;
+}
+
+// The extension's formulas, calculated with fifty digits. Among the rows are some that no encoder writes.
+TEST(Meshopt, FiltersAreTheFormulasOnEveryProcessor) {
+  EXPECT_EQ(undone<int8_t>("OCTAHEDRAL", {10, 20, 63, 5, -40, -50, 63,   7,   60,  3, 63, -1,   0,    0,
+                                          0,  9,  0,  0, -5,  1,   -128, 127, 127, 0, 1,  -128, -128, 3}),
+            (std::vector<int8_t>{32, 64, 105, 5,   -44, -77, -91, 7,  127,  6, 0,   -1, 0,   0,
+                                 0,  9,  -73, -73, -73, 1,   0,   -1, -127, 0, -84, 43, -85, 3}));
+  EXPECT_EQ(undone<int16_t>("OCTAHEDRAL", {100,   200, 511, 5, -4000, -5000, 6000,  7,      -32768, 32767,
+                                           32767, 0,   0,   0, 0,     9,     12345, -23456, 32767,  2}),
+            (std::vector<int16_t>{10658,  21316, 22488, 5, -8757, -17515, -26272, 7,      0,     -1,
+                                  -32767, 0,     0,     0, 0,     9,      13471,  -29546, -4389, 2}));
+  EXPECT_EQ(undone<int16_t>("QUATERNION", {100, -200, 300,   509,   32767, -32768, 1, 0, 5, 6,
+                                           7,   -1,   20000, 10000, -5000, 32766,  0, 0, 0, 2}),
+            (std::vector<int16_t>{13603,  28033, 4534, -9068, 0,     32767, -32768, 7723, -32768, -32768,
+                                  -32768, 0,     7071, -3536, 28481, 14142, 0,      0,    32767,  0}));
+}
+
 TEST(Meshopt, HostileViewsAreRefused) {
   const Bytes packed = compress_attributes(Bytes(64 * 12, 7), 12);
   const auto refusal = [&](const std::function<void(Json & meshopt, Json & view)>& change) {
