@@ -120,7 +120,7 @@ def shards_of(name):
 def test():
     for i in range(40):
         run(program, "generate", f"in/{i}.glb", "--faces", 500, "--seed", i, "-q")
-    run(program, "generate", "in/large.glb", "--faces", "400k", "-q")
+    run(program, "generate", "in/large.glb", "--faces", "800k", "-q")
     run(program, "generate", "hang.glb", "--faces", 500, "--seed", 99, "-q")
     shutil.copy(folder / "hang.glb", folder / "in/hang.glb")
     run(program, "batch", "in/*.glb", "--out-dir", "one", "-q", "--report", "one.json")
