@@ -101,14 +101,14 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   };
   if (!options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
     return encode(options);
-  EncodeOptions in_order = options;
-  in_order.free_input = {};
-  Expected<EncodedMesh> by_bytes = encode(in_order);
+  EncodeOptions way = options;
+  way.free_input = {};
+  Expected<EncodedMesh> by_bytes = encode(way);
   if (!by_bytes) return by_bytes;
-  in_order.free_input = options.free_input;
-  in_order.in_creation_order = true;
-  in_order.patch_encoded = {};
-  Expected<EncodedMesh> created = encode(in_order);
+  way.free_input = options.free_input;
+  way.in_creation_order = true;
+  way.patch_encoded = {};
+  Expected<EncodedMesh> created = encode(way);
   if (!created) return created;
   const Stopwatch condense_time;
   const auto bytes_of = [&](const EncodedMesh& encoded) {

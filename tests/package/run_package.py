@@ -5,9 +5,9 @@ that brings its sources, and with pkg-config:
   run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
 --build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
-command and the tests. All is made in its folder package_test, which stays if something fails. It has the same name each time,
-so that a compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours may be taken.
-c/examples is a project in C, which finds it and uses pkg-config.
+command and the tests. All is made in its folder package_test, which stays if something fails. It has the same name each
+time, so that a compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours
+may be taken. c/examples is a project in C, which finds it and uses pkg-config.
 """
 import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys
 

@@ -7,7 +7,7 @@ import path from 'node:path';
 import { after } from 'node:test';
 import { page_test } from './browser.mjs';
 import { compressed_primitives, corpus_folder, gltf_psplit, root, with_asset } from './load.mjs';
-import { part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
+import { endless, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const folder = mkdtempSync(path.join(tmpdir(), 'psplit-babylon-'));
@@ -217,11 +217,8 @@ page_test('loadStreaming decodes patches while their bytes arrive', { skip: no_t
     await until_gone;
     yield bytes.slice(bytes.length / 2);
   }
-  async function* endless() {
-    yield bytes.slice(0, bytes.length / 20);
-    await new Promise(() => {});
-  }
-  const { origin, open } = await serve_slowly({ '/a/large.glb': halves, '/b/large.glb': endless, '/go': () => (go(), []) });
+  const { origin, open } = await serve_slowly({ '/a/large.glb': halves, '/b/large.glb': () => endless(bytes.slice(0, bytes.length / 20)),
+    '/go': () => (go(), []) });
   // The meshes are there with their first patches, before the other bytes are sent.
   const { meshes, parts, first_parts, drawn } = await page.evaluate((origin) => facts_of((scene, parts) => streamed(`${origin}/a/large.glb`, scene, {
     onPart: ({ indices }) => parts.push(indices.length) }), `${origin}/go`), origin);

@@ -5,7 +5,7 @@ import path from 'node:path';
 import test, { after } from 'node:test';
 import { page_test } from './browser.mjs';
 import { compressed_primitives, gltf_psplit, psplit, random_numbers, root, with_asset } from './load.mjs';
-import { in_chunks, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
+import { endless, in_chunks, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const read_sample = (name) => new Uint8Array(readFileSync(path.join(samples, name)));
@@ -335,10 +335,6 @@ test('`signal` ends all requests at once', { ...needs_tool, timeout: 60000 }, as
 // More requests than may run at a time.
 test('responses that do not end after their last byte', { ...needs_tool, timeout: 60000 }, async () => {
   const [glb] = large, chosen = (patchCount) => Array.from({ length: Math.floor(patchCount / 9) }, (_, i) => 9 * i);
-  async function* endless(bytes) {
-    yield bytes;
-    await new Promise(() => {});
-  }
   const { origin, asked } = await serve_ranges((name, range) => {
     const answer = part_of_file(glb, range);
     return { ...answer, body: endless(answer.body) };

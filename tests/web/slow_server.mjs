@@ -13,6 +13,12 @@ export async function* in_chunks(bytes, next_length, pause) {
   }
 }
 
+// Bytes of a response that does not end.
+export async function* endless(bytes) {
+  yield bytes;
+  await new Promise(() => {});
+}
+
 // Starts a server of `files`: functions that return chunks, by path. Returns its origin, and the paths whose responses are
 // `open` and `done`. It ends with the tests of this process.
 export async function serve_slowly(files) {
