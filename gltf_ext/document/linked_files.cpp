@@ -25,21 +25,35 @@ LinkedFile follow(const Document& document, std::string place, int64_t image, co
   return link;
 }
 
+// A member of an object or an element of an array, and where that is. Few of the many places are ever named.
+struct JsonPlace {
+  const JsonPlace* parent = nullptr;  // null: the whole
+  const std::string* member = nullptr;
+  size_t element = 0;
+
+  std::string text() const {
+    if (parent == nullptr) return "";
+    const std::string before = parent->text();
+    if (member == nullptr) return before + "[" + std::to_string(element) + "]";
+    return before.empty() ? *member : before + "." + *member;
+  }
+};
+
 // Visits members called "uri" or "schemaUri" at any depth, except in `extras`, which belong to the application.
 template <typename Visit>
-void for_each_uri(const Json& tree, const std::string& place, const Visit& visit) {
-  if (!tree.is_structured()) return;
-  const bool is_object = tree.is_object();
-  size_t number = 0;
-  for (auto member = tree.begin(); member != tree.end(); ++member, ++number) {
-    const std::string name = is_object ? member.key() : "";
+void for_each_uri(const Json& tree, const JsonPlace& place, const Visit& visit) {
+  if (tree.is_array()) {
+    size_t number = 0;
+    for (const Json& element : tree) for_each_uri(element, {&place, nullptr, number++}, visit);
+  }
+  if (!tree.is_object()) return;
+  for (auto member = tree.begin(); member != tree.end(); ++member) {
+    const std::string& name = member.key();
     if (name == "extras") continue;
-    if ((name == "uri" || name == "schemaUri") && member->is_string()) {
-      visit(place, *member->get_ptr<const Json::string_t*>());
-    } else {
-      const std::string dot = place.empty() ? "" : ".";
-      for_each_uri(*member, is_object ? place + dot + name : place + "[" + std::to_string(number) + "]", visit);
-    }
+    if ((name == "uri" || name == "schemaUri") && member->is_string())
+      visit(place.text(), *member->get_ptr<const Json::string_t*>());
+    else
+      for_each_uri(*member, {&place, &name, 0}, visit);
   }
 }
 
@@ -56,7 +70,7 @@ std::vector<LinkedFile> linked_files(const Document& document) {
     if (uri != nullptr && field(image, "bufferView") == nullptr)
       add("image " + std::to_string(i), static_cast<int64_t>(i), *uri);
   }
-  for_each_uri(document.json(), "", [&](const std::string& place, const std::string& uri) {
+  for_each_uri(document.json(), JsonPlace(), [&](const std::string& place, const std::string& uri) {
     // Buffers are loaded already, and the images are listed.
     const bool is_own = place.find('.') == std::string::npos;
     if (!is_own || (!place.starts_with("buffers[") && !place.starts_with("images["))) add(place, -1, uri);

@@ -43,23 +43,23 @@ std::string lower_extension(const fs::path& path) {
 
 Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   std::error_code error;
-  if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);
+  const uint64_t stated = path == "-" ? 0 : fs::file_size(path, error);
+  if (error == std::errc::is_a_directory) return failure("read", path, EISDIR);
   const OpenFile file(path == "-" ? stdin : open_file(path, "rb"));
   if (file == nullptr) return failure("open", path, errno);
 
-  // The array grows with the bytes that arrive: a pipe has no size, and a stated limit may be wrong.
+  // The array grows with the bytes that arrive: a pipe has no size, and a stated one may be wrong.
   constexpr uint64_t kBlock = uint64_t{1} << 20;
-  const uint64_t expected = path == "-" ? 0 : fs::file_size(path, error);
   std::vector<uint8_t> bytes;
-  if (!error && expected > 0) bytes.reserve(static_cast<size_t>(std::min(expected, limit)));
+  uint64_t room = error || stated == 0 ? kBlock : stated + 1;  // with one byte more, the end is seen
   while (bytes.size() < limit) {
-    const uint64_t room = std::max<uint64_t>(bytes.capacity() - bytes.size(), 1);
-    const size_t wanted = static_cast<size_t>(std::min({std::max(room, kBlock), limit - bytes.size()}));
+    const auto wanted = static_cast<size_t>(std::min(room, limit - bytes.size()));
     const size_t before = bytes.size();
     bytes.resize(before + wanted);
     const size_t got = std::fread(bytes.data() + before, 1, wanted, file.get());
     bytes.resize(before + got);
     if (got < wanted) break;
+    room = std::max(kBlock, uint64_t{bytes.capacity() - bytes.size()});
   }
   if (std::ferror(file.get()) != 0) return failure("read", path, errno);
   return bytes;
@@ -80,7 +80,8 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   if (path == "-") return write_whole(stdout) ? Status() : failure("write", "stdout", errno);
 
   std::error_code error;
-  const fs::file_type type = fs::status(path, error).type();
+  const fs::file_status found = fs::status(path, error);  // of what a link leads to
+  const fs::file_type type = found.type();
   if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
     const OpenFile file(open_file(path, "wb"));
     return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
@@ -88,8 +89,8 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
 
   const Expected<fs::path> target = follow_links(path);
   if (!target) return target.status();
-  if (fs::is_directory(*target, error)) return failure("write", path, EISDIR);
-  const bool replaces = fs::exists(*target, error);
+  if (fs::is_directory(found)) return failure("write", path, EISDIR);
+  const bool replaces = fs::exists(found);
   if (replaces && if_read_only == IfReadOnly::kFail && is_read_only(*target))
     return io_failure("cannot write: the file is read-only", {.file = path.string()});
 

@@ -26,9 +26,10 @@ std::string check_digits(std::string_view digits) {
 }
 
 fs::path temporary_path(const fs::path& target) {
-  std::random_device random;
+  thread_local std::random_device random;  // to make one takes longer than to write a small file
   std::string digits;
-  while (digits.size() < kDigits) digits += "0123456789abcdef"[random() % 16];
+  for (auto bits = static_cast<uint32_t>(random()); digits.size() < kDigits; bits >>= 4)
+    digits += "0123456789abcdef"[bits & 15];
   return target.parent_path() / (std::string(kMark) + digits + check_digits(digits) + std::string(kEnd));
 }
 
@@ -36,11 +37,9 @@ fs::path temporary_path(const fs::path& target) {
 void remove_dead_temporaries_once(const fs::path& folder) {
   static std::mutex mutex;
   static std::set<fs::path> done;
-  std::error_code error;
-  const fs::path whole = fs::absolute(folder, error).lexically_normal();
   {
     const std::lock_guard lock(mutex);
-    if (!done.insert(whole).second) return;
+    if (!done.insert(folder).second) return;
   }
   remove_dead_temporaries(folder);
 }

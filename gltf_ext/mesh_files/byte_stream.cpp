@@ -30,9 +30,10 @@ class FileStream : public ByteStream {
       : file_(file), path_(std::move(path)), size_(size), progress_(std::move(progress)) {}
 
   size_t read(std::span<uint8_t> to) override {
+    if (ended_) return 0;
     const size_t got = std::fread(to.data(), 1, to.size(), file_.get());
-    if (got < to.size() && std::ferror(file_.get()) != 0 && failure_.ok())
-      failure_ = read_failure(path_, errno);
+    ended_ = got < to.size();
+    if (ended_ && std::ferror(file_.get()) != 0) failure_ = read_failure(path_, errno);
     done_ += got;
     if (progress_) progress_(done_, size_.value_or(0));
     return got;
@@ -45,6 +46,7 @@ class FileStream : public ByteStream {
   std::optional<uint64_t> size_;
   Progress progress_;
   size_t done_ = 0;
+  bool ended_ = false;
 };
 
 class MemoryStream : public ByteStream {
@@ -163,13 +165,11 @@ class GzipStream : public ByteStream {
 Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path, const Progress& progress) {
   if (path == "-") return std::unique_ptr<ByteStream>(new FileStream(stdin, "stdin", std::nullopt, progress));
   std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) return read_failure(path, EISDIR);
+  const uintmax_t bytes = fs::file_size(path, error);  // pipes and devices have none
+  if (error == std::errc::is_a_directory) return read_failure(path, EISDIR);
+  const std::optional<uint64_t> size = error ? std::nullopt : std::optional<uint64_t>(bytes);
   std::FILE* const file = open_file(path, "rb");
   if (file == nullptr) return io_error("cannot open", errno, {.file = path.string()});
-  std::optional<uint64_t> size;
-  if (fs::is_regular_file(status))
-    if (const uintmax_t bytes = fs::file_size(path, error); !error) size = bytes;
   return std::unique_ptr<ByteStream>(new FileStream(file, path, size, progress));
 }
 

@@ -41,16 +41,16 @@ std::optional<T> parse_number(std::string_view word) {
 
 }  // namespace
 
-Scanner::Scanner(std::unique_ptr<ByteStream> stream) : stream_(std::move(stream)), window_(kWindow) {}
+Scanner::Scanner(std::unique_ptr<ByteStream> stream) : stream_(std::move(stream)), window_(new char[kWindow]) {}
 
 bool Scanner::fill() {
   if (at_ > 0) {
-    std::memmove(window_.data(), window_.data() + at_, end_ - at_);
+    std::memmove(window_.get(), window_.get() + at_, end_ - at_);
     offset_ += at_;
     end_ -= at_;
     at_ = 0;
   }
-  const std::span<char> room = std::span(window_).subspan(end_);
+  const std::span<char> room = std::span(window_.get(), kWindow).subspan(end_);
   const size_t got = stream_->read({reinterpret_cast<uint8_t*>(room.data()), room.size()});
   end_ += got;
   return got > 0;
@@ -67,7 +67,7 @@ std::string_view Scanner::word() {
     if (at_ + length == end_ && (length >= kLongestWord || !fill())) break;
     if (is_space(window_[at_ + length]) || length == kLongestWord) break;
   }
-  const std::string_view found(window_.data() + at_, length);
+  const std::string_view found(window_.get() + at_, length);
   at_ += length;
   return found;
 }
@@ -96,8 +96,8 @@ bool Scanner::next_line() {
 bool Scanner::skip_rest_of_line() {
   for (;;) {
     if (at_ == end_ && !fill()) return false;
-    const char* const begin = window_.data() + at_;
-    const char* const end = window_.data() + end_;
+    const char* const begin = window_.get() + at_;
+    const char* const end = window_.get() + end_;
     const char* const found = std::find_if(begin, end, is_line_end);
     at_ += static_cast<size_t>(found - begin);
     if (found != end) return true;
@@ -122,12 +122,12 @@ std::string_view Scanner::peek(size_t count) {
   count = std::min(count, kMostPeeked);
   while (end_ - at_ < count && fill()) {
   }
-  return {window_.data() + at_, std::min(count, end_ - at_)};
+  return {window_.get() + at_, std::min(count, end_ - at_)};
 }
 
 std::string_view Scanner::peek_lines() {
-  if (end_ - at_ < window_.size() / 2) fill();
-  const std::string_view text(window_.data() + at_, end_ - at_);
+  if (end_ - at_ < kWindow / 2) fill();
+  const std::string_view text(window_.get() + at_, end_ - at_);
   return text.substr(0, text.rfind('\n') + 1);
 }
 

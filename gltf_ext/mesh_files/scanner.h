@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -54,7 +55,7 @@ class Scanner {
   void end_line();
 
   std::unique_ptr<ByteStream> stream_;
-  std::vector<char> window_;
+  std::unique_ptr<char[]> window_;  // not filled with zeros: most files are small
   size_t at_ = 0, end_ = 0;
   uint64_t offset_ = 0;  // offset of the window in the stream
   uint64_t line_ = 1;

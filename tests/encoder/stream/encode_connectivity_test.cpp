@@ -133,7 +133,7 @@ TEST(EncodeConnectivity, MeshesAreAsByLibdraco) {
 
 TEST(EncodeConnectivity, RandomMeshesAreAsByLibdraco) {
   Met met;
-  const size_t count = fewer_with_sanitizers(6000);
+  const size_t count = random_rounds(6000);
   for (size_t seed = 0; seed < count; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SoupMaker maker(seed);

@@ -63,7 +63,7 @@ TEST(EncodeStream, MeshesAreAsByLibdraco) {
 
 TEST(EncodeStream, RandomMeshesAreAsByLibdraco) {
   Counts counts;
-  const size_t count = fewer_with_sanitizers(6000);
+  const size_t count = random_rounds(6000);
   for (size_t seed = 0; seed < count; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Soup soup;

@@ -124,17 +124,17 @@ TEST(SmallestStream, OfEveryMeshIsNoLargerAndDecodesTheSame) {
 
 TEST(SmallestStream, OfRandomAttributesMakesEveryChoice) {
   SmallestCounts counts;
-  for (uint32_t seed = 0; seed < fewer_with_sanitizers(1500); ++seed) {
+  for (uint32_t seed = 0; seed < random_rounds(1500); ++seed) {
     std::mt19937 random(seed);
     const RandomMesh made = random_mesh(random);
     SCOPED_TRACE("seed " + std::to_string(seed));
     expect_smallest(made.mesh, made.codings, counts);
     if (testing::Test::HasFailure()) return;
   }
-  EXPECT_GT(counts.streams, fewer_with_sanitizers(1000));
+  EXPECT_GT(counts.streams, random_rounds(1000));
   EXPECT_GT(8 * counts.smaller, counts.streams);
   using enum core::Scheme;
-  constexpr bool kAllSeeds = fewer_with_sanitizers(10) == 10;  // a tenth lacks the rarest choice
+  constexpr bool kAllSeeds = !kHasSanitizers;  // a tenth lacks the rarest choice
   for (const core::Scheme scheme :
        {kNone, kDifference, kParallelogram, kConstrainedMultiParallelogram, kTexCoords, kGeometricNormal})
     if (kAllSeeds || scheme != kConstrainedMultiParallelogram) {
@@ -147,7 +147,7 @@ TEST(SmallestStream, OfRandomAttributesMakesEveryChoice) {
 
 TEST(SmallestStream, OfRandomFacesDecodesTheSame) {
   SmallestCounts counts;
-  const size_t count = fewer_with_sanitizers(1000);
+  const size_t count = random_rounds(1000);
   for (size_t seed = 0; seed < count; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Soup soup;

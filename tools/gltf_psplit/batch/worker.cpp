@@ -115,7 +115,8 @@ class AssetWork {
         session_(session),
         record_(record),
         memory_(memory),
-        staging_folder_(std::move(staging_folder)) {}
+        staging_folder_(std::move(staging_folder)),
+        options_(describe_options(arguments.encode.options)) {}
 
   // `id` is unique among the assets that run at once. Calls `waits(true)` before it waits for memory, and
   // `waits(false)` after. Failures are in the outcome.
@@ -146,6 +147,7 @@ class AssetWork {
   BatchRecord& record_;
   MemoryBudget& memory_;
   const std::filesystem::path staging_folder_;
+  const std::string options_;  // those of encoding, for made_from
   std::atomic<bool> spares_report_ = false;
 };
 
@@ -281,9 +283,9 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
     return status;
   }
   log_written(outcome.written, session_.log, job.item.input + ": ");
-  outcome.sizes.output = bytes_on_disk(job.output.string());
   const Expected<Document> written = read_document(job.output);
   if (!written) return written.status();
+  outcome.sizes.output = bytes_on_disk(*written);
   if (Status status = check_report_beside(*written); !status.ok()) return status;
   if (!arguments_.staging.store.empty()) {
     if (outcome.written.files.size() != 1)
@@ -362,7 +364,7 @@ std::string AssetWork::made_from(const std::string& content) const {
   ContentHash hash;
   hash.add_framed(session_.version);
   if (arguments_.verb == BatchVerb::kEncode) {
-    hash.add_framed(describe_options(arguments_.encode.options));
+    hash.add_framed(options_);
     for (const std::string& name : arguments_.encode.drop_extensions) hash.add_framed(name);
   } else {
     hash.add_framed(done_word(arguments_.verb));
@@ -443,7 +445,7 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
       const Expected<BatchItem> item = json ? item_of(*json) : json.status();
       if (!item) continue;  // the parent wrote the line
       const auto id = static_cast<uint64_t>(integer_field(*json, "id").value_or(0));
-      link.send(json_line({{"id", id}, {"waits", false}}));  // its time begins
+      if (arguments.timeout_s > 0) link.send(json_line({{"id", id}, {"waits", false}}));  // its time begins
       const BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
         link.send(json_line({{"id", id}, {"waits", waits}}));
       });

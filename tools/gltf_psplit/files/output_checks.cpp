@@ -14,9 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Paths of files that do not exist yet are compared by their text. If one of two exists, they differ.
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
-  return fs::equivalent(a, b, error) || fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+  const bool is_same = fs::equivalent(a, b, error);
+  return is_same || (error && fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error));
 }
 
 }  // namespace

@@ -39,29 +39,30 @@ uint64_t buffer_file_bytes(const Json& json, const fs::path& folder) {
 
 Expected<Json> read_asset_json(const std::string& path) {
   constexpr uint64_t kHead = 20, kLengthOffset = 12;  // the GLB header, and the header of the JSON chunk
-  auto bytes = read_file(path, kHead);
+  constexpr uint64_t kFirst = 4096;                   // has the whole JSON of small assets
+  auto bytes = read_file(path, kFirst);
   if (!bytes) return bytes.status();
   if (!begins_as_gltf(*bytes)) return invalid_input("not glTF");
-  if (!is_glb(*bytes) || bytes->size() < kHead) {
-    bytes = read_file(path);
-    if (!bytes) return bytes.status();
-    return parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  const bool binary = is_glb(*bytes) && bytes->size() >= kHead;
+  uint64_t end = UINT64_MAX;
+  if (binary) {
+    end = 0;
+    for (size_t i = 4; i-- > 0;) end = end << 8 | (*bytes)[kLengthOffset + i];
+    end += kHead;
   }
-  uint64_t length = 0;
-  for (size_t i = 4; i-- > 0;) length = length << 8 | (*bytes)[kLengthOffset + i];
-  bytes = read_file(path, kHead + length);
+  if (bytes->size() == kFirst && end > kFirst) bytes = read_file(path, end);
   if (!bytes) return bytes.status();
-  return parse_json({reinterpret_cast<const char*>(bytes->data()) + kHead, bytes->size() - kHead});
+  const size_t begin = binary ? kHead : 0, length = std::min<uint64_t>(end, bytes->size()) - begin;
+  return parse_json({reinterpret_cast<const char*>(bytes->data()) + begin, length});
 }
 
 AssetBytes bytes_on_disk(const std::string& path) { return bytes_on_disk(path, read_asset_json(path)); }
 
 AssetBytes bytes_on_disk(const std::string& path, const Expected<Json>& json) {
   std::error_code error;
-  if (path == "-" || !fs::is_regular_file(path, error)) return {};
-  AssetBytes bytes{fs::file_size(path, error), 0};
-  if (error) return {};
-  if (!json) return bytes;  // a mesh file refers to no other files
+  AssetBytes bytes{path == "-" ? 0 : fs::file_size(path, error), 0};
+  if (path == "-" || error) return {};  // or a pipe
+  if (!json) return bytes;              // a mesh file refers to no other files
   const fs::path folder = fs::path(path).parent_path();
   bytes.files += buffer_file_bytes(*json, folder);
   const ImageBytes images = image_bytes(*json, folder);
