@@ -34,7 +34,7 @@ class UniqueNames {
  public:
   std::string add(std::string name) {
     for (char& c : name)
-      if ((c >= 0 && c < ' ') || c == '\\' || c == '\x7f') c = '_';
+      if (static_cast<unsigned char>(c) < ' ' || c == '\\' || c == '\x7f') c = '_';
     const size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
     name = first == std::string::npos ? "unnamed" : name.substr(first, last - first + 1);
     std::string unique = name;
@@ -51,7 +51,7 @@ class UniqueNames {
 // Whether a line of OBJ or MTL can hold the name of a file.
 bool fits_line(std::string_view name) {
   return !name.starts_with('-') && !name.starts_with(' ') && !name.ends_with(' ') &&
-         std::ranges::none_of(name, [](char c) { return (c >= 0 && c < ' ') || c == '\\'; });
+         std::ranges::none_of(name, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\\'; });
 }
 
 bool is_identity(const Transform& t) {
