@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "gltf_ext/files/float_text.h"
+
 namespace psplit {
 namespace {
 
@@ -23,7 +25,12 @@ std::optional<T> parse_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+') word.remove_prefix(1);
   T value{};
   const char* const end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  const auto [stop, error] = [&] {
+    if constexpr (std::is_floating_point_v<T>)
+      return read_float(word.data(), end, value);
+    else
+      return std::from_chars(word.data(), end, value);
+  }();
   if (stop != end || word.empty() || error == std::errc::invalid_argument) return std::nullopt;
   if (error == std::errc()) return value;
   if constexpr (std::is_floating_point_v<T>) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "gltf_ext/files/float_text.h"
+
 namespace psplit {
 namespace {
 
@@ -25,7 +27,7 @@ std::optional<uint64_t> parse_scaled(std::string_view text) {
   if (factor != 1) text.remove_suffix(1);
   if (text.empty() || text.front() < '0' || text.front() > '9') return std::nullopt;  // no sign, no "inf"
   double number = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+  const auto read = read_float(text.data(), text.data() + text.size(), number);
   if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
   number *= factor;
   constexpr double kExactIntegers = 9007199254740992;  // 2^53
@@ -57,10 +59,10 @@ std::optional<uint64_t> parse_count(const std::string& text) {
 std::optional<uint64_t> parse_size(const std::string& text) {
   if (text.empty() || text.front() < '0' || text.front() > '9') return std::nullopt;
   double number = 0;
-  const char* const end = text.data() + text.size();
-  const auto read = std::from_chars(text.data(), end, number, std::chars_format::fixed);
+  const char* const end = text.data() + std::min(text.find_first_not_of("0123456789."), text.size());
+  const auto read = read_float(text.data(), end, number);
   if (read.ec != std::errc()) return std::nullopt;
-  std::string unit(read.ptr, end);
+  std::string unit(read.ptr, text.data() + text.size());
   if (unit.starts_with(' ')) unit.erase(0, 1);
   std::ranges::transform(unit, unit.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

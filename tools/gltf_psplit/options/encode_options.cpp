@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/files/float_text.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -109,7 +110,7 @@ bool set_fallback(std::string_view text, EncodeDocumentOptions& options) {
   text.remove_prefix(kCoarse.size() + 1);
   text.remove_suffix(1);
   double share = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), share);
+  const auto read = read_float(text.data(), text.data() + text.size(), share);
   options.coarse_share = share / 100;
   return read.ec == std::errc() && read.ptr == text.data() + text.size() && share > 0 && share <= 100;
 }
@@ -187,7 +188,7 @@ std::string plain(std::string_view name) {
 // Metres, from a number with a unit. Nothing if the text is not a length greater than 0.
 std::optional<double> parse_length(std::string_view text) {
   double length = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), length);
+  const auto read = read_float(text.data(), text.data() + text.size(), length);
   if (read.ec != std::errc() || !(length > 0) || !std::isfinite(length)) return std::nullopt;
   const std::string_view unit = text.substr(static_cast<size_t>(read.ptr - text.data()));
   for (const auto& [name, metres] : {std::pair<std::string_view, double>{"", 1},
@@ -209,7 +210,7 @@ std::optional<PatchOrder> parse_order(std::string_view text) {
   PatchOrder order{PatchOrder::By::kNear, {}};
   text.remove_prefix(kNear.size());
   for (size_t axis = 0; axis < order.point.size(); ++axis) {
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), order.point[axis]);
+    const auto read = read_float(text.data(), text.data() + text.size(), order.point[axis]);
     if (read.ec != std::errc() || !std::isfinite(order.point[axis])) return std::nullopt;
     text.remove_prefix(static_cast<size_t>(read.ptr - text.data()));
     if (axis + 1 == order.point.size()) break;

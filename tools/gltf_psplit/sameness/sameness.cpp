@@ -1,10 +1,10 @@
 #include "tools/gltf_psplit/sameness/sameness.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <optional>
 
 #include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/files/float_text.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -28,7 +28,7 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   if (equals != std::string::npos) tolerance.attribute = text.substr(0, equals);
   const char* const begin = text.data() + (equals == std::string::npos ? 0 : equals + 1);
   const char* const end = text.data() + text.size();
-  const auto read = std::from_chars(begin, end, tolerance.share);
+  const auto read = read_float(begin, end, tolerance.share);
   const bool valid = read.ec == std::errc() && read.ptr == end && tolerance.share >= 0 && tolerance.share <= 1;
   return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
