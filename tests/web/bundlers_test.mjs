@@ -16,7 +16,7 @@ cpSync(path.join(root, 'web/examples/bundlers'), folder, { recursive: true });
 cpSync(package_folder, path.join(folder, 'node_modules/psplit'), { recursive: true });
 const bin = path.join(modules_folder, 'node_modules/.bin');
 
-const shown = ['Draco stream: 1826 faces, 991 points', 'Container: 1222 faces, 663 points'];
+const shown = ['Draco stream: 1826 faces, 991 points', 'Container: 1222 faces, 663 points', 'Encoded anew: 1826 faces, 991 points'];
 // Returns the text of the example's page when it is done.
 const text_of = async (page) => {
   await page.waitForSelector('[data-done]', { timeout: 30000 });

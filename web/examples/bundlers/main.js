@@ -1,7 +1,8 @@
-// Decodes a Draco stream and a container of patches in a pool of workers, and draws both.
+// Decodes a Draco stream and a container of patches in a pool of workers, encodes one anew in another worker, and draws all.
 import { createPool } from 'psplit';
+import { createEncoder } from 'psplit/encode';
 
-const pool = createPool();
+const pool = createPool(), encoder = createEncoder();
 const fetch_bytes = async (url) => (await fetch(url)).arrayBuffer();
 const stream = fetch_bytes(new URL('./stream.drc', import.meta.url));
 const container = fetch_bytes(new URL('./container.bin', import.meta.url));
@@ -25,11 +26,16 @@ function draw(name, { faceCount, pointCount, indices, attributes: [{ array: posi
 }
 
 try {
-  draw('Draco stream', await pool.decodeDraco(await stream));
+  const mesh = await pool.decodeDraco(await stream);
+  draw('Draco stream', mesh);
   draw('Container', await pool.decodeContainer(await container, { attributes }));
+  const [{ array, componentCount }] = mesh.attributes;
+  const encoded = await encoder.encodeMesh({ indices: mesh.indices, attributes: { POSITION: { array, componentCount } } });
+  draw('Encoded anew', await pool.decodeContainer(encoded.container, { attributes: encoded.attributes }));
 } catch (error) {
   document.body.append(`${error.name} (${error.code}): ${error.message}`);
 } finally {
   pool.dispose();
+  encoder.dispose();
 }
 document.body.dataset.done = '';
