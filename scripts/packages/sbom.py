@@ -1,25 +1,35 @@
 """The bill of materials of a static command, in SPDX 2.3, and the licences of the libraries in it."""
 import datetime, hashlib, json, urllib.parse
 
+kHeaders = {
+    "libcli11-dev": "BSD-3-Clause",
+    "libxxhash-dev": "BSD-2-Clause",
+    "nlohmann-json3-dev": "MIT",
+}
 # The Debian packages whose code is in the command, with their licences in SPDX's names.
 kLinked = {
     "libc6-dev": "LGPL-2.1-or-later",
     "libstdc++-12-dev": "GPL-3.0-or-later WITH GCC-exception-3.1",
-    "libcli11-dev": "BSD-3-Clause",
     "libpng-dev": "libpng-2.0",
-    "libxxhash-dev": "BSD-2-Clause",
     "libzstd-dev": "BSD-3-Clause OR GPL-2.0-only",
-    "nlohmann-json3-dev": "MIT",
     "zlib1g-dev": "Zlib",
-}
+} | kHeaders
+# In that for Windows.
+kLinkedOnWindows = {
+    "mingw-w64-x86-64-dev": "ZPL-2.1",
+    "gcc-mingw-w64-x86-64-posix-runtime": "GPL-3.0-or-later WITH GCC-exception-3.1",
+    "libz-mingw-w64-dev": "Zlib",
+} | kHeaders
 kMeshoptimizer = "MIT"
 
 
-def licences(root, meshoptimizer):
-    """The text that an archive passes on. `root` is where the packages are installed or unpacked."""
+def licences(root, linked, meshoptimizer):
+    """The text that an archive passes on. `root` is where the packages are installed or unpacked; `meshoptimizer` is its source,
+    or None."""
     parts = ["The command in this archive is linked with these libraries, whose licences follow.\n"]
-    texts = {package: root / "usr/share/doc" / package / "copyright" for package in kLinked}
-    texts["meshoptimizer"] = meshoptimizer / "LICENSE.md"
+    texts = {package: root / "usr/share/doc" / package / "copyright" for package in linked}
+    if meshoptimizer:
+        texts["meshoptimizer"] = meshoptimizer / "LICENSE.md"
     for name, file in texts.items():
         parts.append(f"{'=' * 100}\n{name}\n{'=' * 100}\n\n{file.read_text()}")
     return "\n".join(parts)
@@ -30,16 +40,17 @@ def address(package, version, architecture):
     return f"pkg:deb/debian/{urllib.parse.quote(package)}@{urllib.parse.quote(version)}?arch={architecture}"
 
 
-def document(archive, version, architecture, packages, meshoptimizer_version, epoch):
-    """SPDX's JSON for an archive. `packages`: {Debian package: version}."""
+def document(archive, version, architecture, licence_of, packages, meshoptimizer_version, epoch):
+    """SPDX's JSON for an archive. `licence_of`: one of those above. `packages`: {Debian package: version}."""
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     created = datetime.datetime.fromtimestamp(epoch, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
     command = {"SPDXID": "SPDXRef-gltf-psplit", "name": "gltf-psplit", "versionInfo": version, "packageFileName": archive.name,
                "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "Apache-2.0",
                "licenseDeclared": "Apache-2.0", "copyrightText": "NOASSERTION", "primaryPackagePurpose": "APPLICATION",
                "checksums": [{"algorithm": "SHA256", "checksumValue": digest}]}
-    linked = [(name, packages[name], licence, address(name, packages[name], architecture)) for name, licence in kLinked.items()]
-    linked.append(("meshoptimizer", meshoptimizer_version, kMeshoptimizer, address("meshoptimizer", meshoptimizer_version, "source")))
+    linked = [(name, packages[name], licence, address(name, packages[name], architecture)) for name, licence in licence_of.items()]
+    if meshoptimizer_version:
+        linked.append(("meshoptimizer", meshoptimizer_version, kMeshoptimizer, address("meshoptimizer", meshoptimizer_version, "source")))
     parts = [{"SPDXID": "SPDXRef-" + name.replace("+", "p").replace(".", "-"), "name": name, "versionInfo": its_version,
               "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "NOASSERTION", "licenseDeclared": licence,
               "copyrightText": "NOASSERTION", "primaryPackagePurpose": "LIBRARY",
