@@ -42,9 +42,10 @@ const char* end_of_number(const char* begin, const char* end) {
 template <typename T>
 std::from_chars_result read_by_stream(const char* begin, const char* end, T& value) {
   const char* const at = begin + (begin != end && *begin == '-' ? 1 : 0);
-  for (const auto& [word, number] : {std::pair<std::string_view, T>{"infinity", std::numeric_limits<T>::infinity()},
-                                     {"inf", std::numeric_limits<T>::infinity()},
-                                     {"nan", std::numeric_limits<T>::quiet_NaN()}})
+  for (const auto& [word, number] :
+       {std::pair<std::string_view, T>{"infinity", std::numeric_limits<T>::infinity()},
+        {"inf", std::numeric_limits<T>::infinity()},
+        {"nan", std::numeric_limits<T>::quiet_NaN()}})
     if (begins_with_word(at, end, word)) {
       value = at == begin ? number : -number;
       return {at + word.size(), {}};

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
-#include <string>
 
 namespace psplit {
 namespace {
@@ -12,17 +11,16 @@ namespace {
 constexpr size_t kMostRemovedAtStop = 64;
 std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
 
-// A copy for std::free; null if there is no memory.
-char* copy_of(const std::string& text) {
+}  // namespace
+
+char* copy_of_text(const std::string& text) {
   const size_t size = text.size() + 1;
   void* const copy = std::malloc(size);
   return copy == nullptr ? nullptr : static_cast<char*>(std::memcpy(copy, text.c_str(), size));
 }
 
-}  // namespace
-
 RemovedAtStop::RemovedAtStop(const std::filesystem::path& path) {
-  char* const name = copy_of(path.string());
+  char* const name = copy_of_text(path.string());
   if (name == nullptr) return;
   for (std::atomic<const char*>& place : removed_at_stop) {
     const char* free = nullptr;

@@ -3,8 +3,12 @@
 
 #include <atomic>
 #include <filesystem>
+#include <string>
 
 namespace psplit {
+
+// A copy for std::free; null if there is no memory. A handler of signals may read it.
+char* copy_of_text(const std::string& text);
 
 // A file that StopEndsProcess removes at a signal. Thread-safe. There are places for 64 files at a time; others
 // stay until remove_if_unlocked finds them.

@@ -13,6 +13,7 @@
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
@@ -23,6 +24,9 @@ inline const ThreadPool& test_pool() {
   static const ThreadPool pool(2);
   return pool;
 }
+
+// libdraco, or psplit's own decoder in a build without it.
+inline DecodeBackend reference_backend() { return has_draco() ? draco_backend() : cpu_backend(); }
 
 inline Json& primitive_of(Document& document, size_t mesh = 0, size_t primitive = 0) {
   return document.json()["meshes"][mesh]["primitives"][primitive];
@@ -35,7 +39,7 @@ inline Json& accessor_of(Document& document, const char* semantic, size_t mesh =
 }
 
 inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t primitive = 0) {
-  return read_primitive(document, {mesh, primitive}, draco_backend(), test_pool());
+  return read_primitive(document, {mesh, primitive}, reference_backend(), test_pool());
 }
 
 // Appends a mesh with 32-bit indices.
@@ -57,7 +61,7 @@ inline void add_mesh(Document& document, const Mesh& mesh) {
 // Options that split every primitive, however small.
 inline Expected<std::vector<PrimitiveReport>> encode(Document& document, EncodeDocumentOptions options = {}) {
   options.patches.always = true;
-  return encode_document(document, options, draco_backend(), test_pool());
+  return encode_document(document, options, reference_backend(), test_pool());
 }
 
 // The validator's findings, a line each.
@@ -68,7 +72,7 @@ inline std::string findings_of(const Document& document, const DecodeBackend& ba
   return text;
 }
 
-inline Status decode(Document& document) { return decode_document(document, draco_backend(), test_pool()); }
+inline Status decode(Document& document) { return decode_document(document, reference_backend(), test_pool()); }
 
 // How often `text` occurs in the JSON.
 inline size_t count_in(const Document& document, const std::string& text) {

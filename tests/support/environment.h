@@ -6,8 +6,9 @@ namespace psplit {
 // Sets a variable of the environment; null removes it.
 void set_variable(const char* name, const char* value);
 
-// Whether a test can make symbolic links, and give files the permissions of POSIX.
-bool has_links();
+// Whether the system is one of POSIX. There a test can make symbolic links, give files permissions and names of
+// all characters, and run a shell.
+bool is_posix();
 
 // A file that is always empty, and that takes all that is written.
 const char* null_device();

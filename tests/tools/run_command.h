@@ -11,12 +11,16 @@
 #include <string>
 #include <vector>
 
+#include "encoder/draco/draco_backend.h"
 #include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/commands/commands.h"
 
 namespace psplit {
+
+// Why a test is skipped.
+inline constexpr const char* kNoDraco = "built without libdraco";
 
 struct CommandOutcome {
   int code = -1;         // the exit code
@@ -54,7 +58,7 @@ inline std::string read_bytes(const std::filesystem::path& path) {
 // A test with a folder of its own.
 class CommandTest : public testing::Test {
  protected:
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return (folder_ / name).make_preferred().string(); }
   void write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name, std::ios::binary) << text;
@@ -62,6 +66,9 @@ class CommandTest : public testing::Test {
   size_t file_count() const {
     return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
   }
+
+  // Whether the command said that its build lacks a library.
+  bool lacks_library() const { return err_.find("was built without") != std::string::npos; }
 
   // Keeps what the command printed in out_ and err_, and returns its exit code.
   int run(std::vector<std::string> words) {

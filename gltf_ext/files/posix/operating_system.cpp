@@ -14,14 +14,12 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <mutex>
 #include <thread>
 #include <utility>
 #ifdef __GLIBC__
@@ -30,6 +28,7 @@
 
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/mapped_ranges.h"
 #include "gltf_ext/files/removed_at_stop.h"
 #include "src/scratch_memory.h"
 
@@ -64,28 +63,7 @@ std::string read_text(int descriptor) {
   return size > 0 ? std::string(text, static_cast<size_t>(size)) : std::string();
 }
 
-// A mapped file. The handler of SIGBUS reads it: `end` is 0 while the other members change.
-struct MappedRange {
-  std::atomic<uintptr_t> begin = 0, end = 0;
-  std::atomic<const char*> name = nullptr;
-
-  bool contains(uintptr_t address) const {
-    const uintptr_t last = end.load(std::memory_order_acquire);
-    return address < last && address >= begin.load(std::memory_order_relaxed);
-  }
-};
-
-constexpr size_t kMostMappedFiles = 256;  // more files than that are read
-std::array<MappedRange, kMostMappedFiles> mapped_ranges;
-std::mutex mapping_mutex;  // of changes to the ranges, the count and the handler
-size_t mapped_count = 0;
-struct sigaction handler_before;
-
-const MappedRange* mapped_range_at(uintptr_t address) {
-  for (const MappedRange& range : mapped_ranges)
-    if (range.contains(address)) return &range;
-  return nullptr;
-}
+struct sigaction handler_before;  // of SIGBUS
 
 // The functions of signal handlers call only what is safe there.
 void print_in_handler(const char* text) {
@@ -117,26 +95,16 @@ void end_at_stop(int) {
   ::_exit(kExitMayPass);
 }
 
-// False if there are too many mapped files already. The first one installs the handler.
-bool enter_mapped(std::span<const uint8_t> bytes, const std::filesystem::path& path) {
-  const std::lock_guard lock(mapping_mutex);
-  for (MappedRange& range : mapped_ranges) {
-    if (range.end.load(std::memory_order_relaxed) != 0) continue;
-    const char* name = ::strdup(path.c_str());
-    if (name == nullptr) return false;
-    const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
-    range.begin.store(begin, std::memory_order_relaxed);
-    range.name.store(name, std::memory_order_relaxed);
-    range.end.store(begin + bytes.size(), std::memory_order_release);
-    if (mapped_count++ == 0) {
-      struct sigaction action {};
-      action.sa_sigaction = end_with_file_name;
-      action.sa_flags = SA_SIGINFO | SA_ONSTACK;
-      ::sigaction(SIGBUS, &action, &handler_before);
-    }
-    return true;
-  }
-  return false;
+void install_handler() {
+  struct sigaction action {};
+  action.sa_sigaction = end_with_file_name;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  ::sigaction(SIGBUS, &action, &handler_before);
+}
+void uninstall_handler() { ::sigaction(SIGBUS, &handler_before, nullptr); }
+
+bool enter(std::span<const uint8_t> bytes, const std::filesystem::path& path) {
+  return enter_mapped(bytes, path, nullptr, install_handler);
 }
 
 // The limit on a file's size is that of the process, so another run may have a larger one.
@@ -191,7 +159,7 @@ std::span<const uint8_t> map_file(const std::filesystem::path& path) {
   ::close(descriptor);
   if (address == MAP_FAILED) return {};
   const std::span<const uint8_t> bytes(static_cast<const uint8_t*>(address), size);
-  if (enter_mapped(bytes, path)) return bytes;
+  if (enter(bytes, path)) return bytes;
   ::munmap(address, size);
   return {};
 }
@@ -205,7 +173,7 @@ Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file) {
   void* const address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.descriptor_, 0);
   if (address == MAP_FAILED) return io_error(what, errno);
   const std::span<const uint8_t> bytes(static_cast<const uint8_t*>(address), size);
-  if (enter_mapped(bytes, file.folder_ / "(temporary file)")) return bytes;
+  if (enter(bytes, file.folder_ / "(temporary file)")) return bytes;
   ::munmap(address, size);
   return may_pass("too many mapped files");
 }
@@ -225,23 +193,14 @@ Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) 
   void* const address = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor_, 0);
   if (address == MAP_FAILED) return io_error("cannot map " + std::string(kName), errno);
   const std::span<uint8_t> mapped(static_cast<uint8_t*>(address), size);
-  if (enter_mapped(mapped, kName)) return mapped;
+  if (enter(mapped, kName)) return mapped;
   ::munmap(address, size);
   return io_error("cannot map " + std::string(kName), EMFILE);
 }
 
 void unmap_file(std::span<const uint8_t> bytes) {
-  const std::lock_guard lock(mapping_mutex);
-  const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
-  for (MappedRange& range : mapped_ranges) {
-    if (range.end.load(std::memory_order_relaxed) == 0 || range.begin.load(std::memory_order_relaxed) != begin)
-      continue;
-    ::munmap(const_cast<uint8_t*>(bytes.data()), bytes.size());
-    range.end.store(0, std::memory_order_release);
-    std::free(const_cast<char*>(range.name.exchange(nullptr)));
-    if (--mapped_count == 0) ::sigaction(SIGBUS, &handler_before, nullptr);
-    return;
-  }
+  leave_mapped(bytes, uninstall_handler);
+  ::munmap(const_cast<uint8_t*>(bytes.data()), bytes.size());
 }
 
 void release_mapped(std::span<const uint8_t> bytes) {

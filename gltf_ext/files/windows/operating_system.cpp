@@ -4,18 +4,16 @@
 #include <io.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <mutex>
 #include <random>
 #include <thread>
 #include <utility>
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/mapped_ranges.h"
 #include "gltf_ext/files/removed_at_stop.h"
 #include "gltf_ext/files/windows/path_facet.h"
 #include "gltf_ext/files/windows/system_calls.h"
@@ -124,29 +122,7 @@ bool set_size(HANDLE handle, uint64_t bytes) {
   return ::SetFilePointerEx(handle, size, nullptr, FILE_BEGIN) != 0 && ::SetEndOfFile(handle) != 0;
 }
 
-// A mapped file. Handlers of exceptions read it: `end` is 0 while the other members change.
-struct MappedRange {
-  std::atomic<uintptr_t> begin = 0, end = 0;
-  std::atomic<const char*> name = nullptr;
-  HANDLE file = nullptr;  // open for as long, because a temporary file ends with its last handle
-
-  bool contains(uintptr_t address) const {
-    const uintptr_t last = end.load(std::memory_order_acquire);
-    return address < last && address >= begin.load(std::memory_order_relaxed);
-  }
-};
-
-constexpr size_t kMostMappedFiles = 256;  // more files than that are read
-std::array<MappedRange, kMostMappedFiles> mapped_ranges;
-std::mutex mapping_mutex;  // of changes to the ranges, the count and the handler
-size_t mapped_count = 0;
 void* exception_handler = nullptr;
-
-const MappedRange* mapped_range_at(uintptr_t address) {
-  for (const MappedRange& range : mapped_ranges)
-    if (range.contains(address)) return &range;
-  return nullptr;
-}
 
 void print_in_handler(const char* text) {
   DWORD written = 0;
@@ -167,23 +143,8 @@ LONG CALLBACK end_with_file_name(EXCEPTION_POINTERS* exception) {
   return EXCEPTION_CONTINUE_SEARCH;
 }
 
-// False if there are too many mapped files already. The first one installs the handler.
-bool enter_mapped(std::span<const uint8_t> bytes, const fs::path& path, HANDLE file) {
-  const std::lock_guard lock(mapping_mutex);
-  for (MappedRange& range : mapped_ranges) {
-    if (range.end.load(std::memory_order_relaxed) != 0) continue;
-    const char* name = ::_strdup(path.string().c_str());
-    if (name == nullptr) return false;
-    const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
-    range.begin.store(begin, std::memory_order_relaxed);
-    range.name.store(name, std::memory_order_relaxed);
-    range.file = file;
-    range.end.store(begin + bytes.size(), std::memory_order_release);
-    if (mapped_count++ == 0) exception_handler = ::AddVectoredExceptionHandler(1, end_with_file_name);
-    return true;
-  }
-  return false;
-}
+void install_handler() { exception_handler = ::AddVectoredExceptionHandler(1, end_with_file_name); }
+void uninstall_handler() { ::RemoveVectoredExceptionHandler(exception_handler); }
 
 // Maps all bytes of a file, which is not empty. Null after an error.
 void* map_handle(HANDLE file, bool writes) {
@@ -200,14 +161,15 @@ SystemHandle duplicate(HANDLE handle) {
   return own(copy);
 }
 
-// Maps a file and enters it. Errors: those of io_error.
+// Maps a file and enters it. The file stays open for as long, because a temporary file ends with its last
+// handle. Errors: those of io_error.
 Expected<std::span<uint8_t>> map_and_enter(SystemHandle file, uint64_t bytes, bool writes,
                                            const fs::path& name) {
   if (file == nullptr) return failure(name);
   void* const address = map_handle(file.get(), writes);
   if (address == nullptr) return io_error("cannot map " + name.string(), errno_of_last_error());
   const std::span<uint8_t> mapped(static_cast<uint8_t*>(address), static_cast<size_t>(bytes));
-  if (enter_mapped(mapped, name, file.get())) {
+  if (enter_mapped(mapped, name, file.get(), install_handler)) {
     file.release();
     return mapped;
   }
@@ -396,18 +358,9 @@ Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) 
 }
 
 void unmap_file(std::span<const uint8_t> bytes) {
-  const std::lock_guard lock(mapping_mutex);
-  const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
-  for (MappedRange& range : mapped_ranges) {
-    if (range.end.load(std::memory_order_relaxed) == 0 || range.begin.load(std::memory_order_relaxed) != begin)
-      continue;
-    ::UnmapViewOfFile(bytes.data());
-    range.end.store(0, std::memory_order_release);
-    ::CloseHandle(std::exchange(range.file, nullptr));
-    std::free(const_cast<char*>(range.name.exchange(nullptr)));
-    if (--mapped_count == 0) ::RemoveVectoredExceptionHandler(exception_handler);
-    return;
-  }
+  void* const file = leave_mapped(bytes, uninstall_handler);
+  ::UnmapViewOfFile(bytes.data());
+  ::CloseHandle(file);
 }
 
 void release_mapped(std::span<const uint8_t> bytes) {

@@ -9,6 +9,7 @@
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
@@ -221,7 +222,10 @@ TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
             R"({"byteLength":64,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
             R"("bufferViews":[{"buffer":1,"byteLength":64,"extensions":{"EXT_meshopt_compression":)"
             R"({"buffer":0,"byteLength":4,"byteStride":4,"count":16,"mode":"ATTRIBUTES"}}}])");
-  const auto document = must(read(text));
+  Expected<Document> read_one = read(text);
+  if (contains(read_one.status().message(), "built without meshoptimizer"))
+    GTEST_SKIP() << read_one.status().message();
+  const auto document = must(std::move(read_one));
   EXPECT_EQ(buffer_view_bytes(document, 0).status().code(), StatusCode::kUnsupported);
   ASSERT_TRUE(write_document(document, folder_ / "out.glb").ok());
   const auto again = must(read_document(folder_ / "out.glb"));
@@ -330,6 +334,7 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
 }
 
 TEST_F(DocumentTest, WhatALinkLeadsToIsWrittenWithItsBinaryBesideIt) {
+  if (!is_posix()) GTEST_SKIP() << "no links";
   const auto document = must(read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,abcd"}],)"
                                         R"("bufferViews":[{"buffer":0,"byteLength":4}])")));
   fs::create_directories(folder_ / "there");

@@ -11,6 +11,7 @@
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
@@ -32,6 +33,11 @@ std::vector<std::string> odd_names() {
                                     "data:,x"};
   for (int c = 1; c < 128; ++c)
     if (c != '/') names.push_back(std::string(1, static_cast<char>(c)) + "x" + static_cast<char>(c));
+  // Windows has no names of these characters; a colon would name a stream of the file.
+  const auto is_refused = [](const std::string& name) {
+    return name.find_first_of("\\:*?\"<>|\xff") != std::string::npos || name.front() < ' ';
+  };
+  if (!is_posix()) std::erase_if(names, is_refused);
   return names;
 }
 

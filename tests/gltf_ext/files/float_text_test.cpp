@@ -16,9 +16,11 @@ void expect_same(const std::string& text) {
   SCOPED_TRACE(text);
   const char *const begin = text.data(), *const end = begin + text.size();
   T usual = -7, by_stream = -7;
-  const std::from_chars_result a = read_float(begin, end, usual), b = read_float_by_stream(begin, end, by_stream);
+  const std::from_chars_result a = read_float(begin, end, usual),
+                               b = read_float_by_stream(begin, end, by_stream);
   EXPECT_EQ(a.ptr - begin, b.ptr - begin);
-  if (usual == usual && std::fpclassify(usual) == FP_SUBNORMAL && b.ec == std::errc::result_out_of_range) return;
+  if (usual == usual && std::fpclassify(usual) == FP_SUBNORMAL && b.ec == std::errc::result_out_of_range)
+    return;
   EXPECT_EQ(a.ec, b.ec);
   if (std::isnan(usual))
     EXPECT_TRUE(std::isnan(by_stream));
@@ -32,10 +34,49 @@ void expect_both(const std::string& text) {
 }
 
 TEST(FloatText, OddFormsAreReadAlike) {
-  for (const char* text :
-       {"", "-", "+1", " 1", "1 ", "1.", ".5", ".", "-.5e1", "-.", "1e", "1e+", "1e-", "1e5x", "1E5", "1e+05", "0x1p3", "1_000",
-        "1,5", "1.5.5", "--1", "inf", "-inf", "INF", "infinity", "infinit", "nan", "-nan", "NaN", "1e400", "-1e400", "1e-400",
-        "1e39", "0e999999", "00012", "-0", "3.4028236e38", "1.17549435e-38", "9007199254740993", "0.1e1.5", "e5", "i", "n"})
+  for (const char* text : {"",
+                           "-",
+                           "+1",
+                           " 1",
+                           "1 ",
+                           "1.",
+                           ".5",
+                           ".",
+                           "-.5e1",
+                           "-.",
+                           "1e",
+                           "1e+",
+                           "1e-",
+                           "1e5x",
+                           "1E5",
+                           "1e+05",
+                           "0x1p3",
+                           "1_000",
+                           "1,5",
+                           "1.5.5",
+                           "--1",
+                           "inf",
+                           "-inf",
+                           "INF",
+                           "infinity",
+                           "infinit",
+                           "nan",
+                           "-nan",
+                           "NaN",
+                           "1e400",
+                           "-1e400",
+                           "1e-400",
+                           "1e39",
+                           "0e999999",
+                           "00012",
+                           "-0",
+                           "3.4028236e38",
+                           "1.17549435e-38",
+                           "9007199254740993",
+                           "0.1e1.5",
+                           "e5",
+                           "i",
+                           "n"})
     expect_both(text);
 }
 
@@ -44,7 +85,8 @@ TEST(FloatText, RandomNumbersAreReadAlike) {
   constexpr char kCharacters[] = "0123456789.e-+";
   for (int round = 0; round < 20000; ++round) {
     std::string text;
-    for (size_t length = 1 + random() % 24; text.size() < length;) text += kCharacters[random() % (sizeof kCharacters - 1)];
+    for (size_t length = 1 + random() % 24; text.size() < length;)
+      text += kCharacters[random() % (sizeof kCharacters - 1)];
     expect_both(text);
   }
   for (int round = 0; round < 20000; ++round) {

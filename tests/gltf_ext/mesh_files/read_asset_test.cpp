@@ -18,7 +18,7 @@ namespace {
 std::string gzip(const std::string& text) {
   z_stream state{};
   EXPECT_EQ(deflateInit2(&state, 1, Z_DEFLATED, 16 + MAX_WBITS, 9, Z_DEFAULT_STRATEGY), Z_OK);
-  std::string packed(deflateBound(&state, text.size()), '\0');
+  std::string packed(deflateBound(&state, static_cast<uLong>(text.size())), '\0');
   state.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
   state.avail_in = static_cast<uInt>(text.size());
   state.next_out = reinterpret_cast<Bytef*>(packed.data());

@@ -18,6 +18,7 @@
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/environment.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
@@ -129,17 +130,23 @@ Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, cons
   };
   Expected<Asset> asset = read_spool(*scanner, *format, source, spool_options(options, limits), check);
   if (!asset) return asset.status();
-  auto reports = encode_document(asset->document, options, draco_backend(), test_pool(), {}, limits);
+  auto reports = encode_document(asset->document, options, reference_backend(), test_pool(), {}, limits);
   if (!reports) return reports.status();
   return OutOfCoreResult{std::move(asset->document), std::move(reports->front()), std::move(asset->warnings)};
 }
 
-// In small parts. No temporary file is left.
+// No temporary file is left. On Windows those of a result have a name while it exists.
+void expect_no_file(const TestFolder& folder) {
+  if (!is_posix()) return;
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+// In small parts.
 Expected<OutOfCoreResult> encode_file(const std::string& file, const EncodeDocumentOptions& options = {},
                                       uint64_t part_faces = 6000, const char* name = "test") {
   const TestFolder folder;
   auto result = encode_stream(memory_stream(bytes_of(file)), name, options, small_parts(folder, part_faces));
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  expect_no_file(folder);
   return result;
 }
 
@@ -148,8 +155,8 @@ Expected<std::vector<PrimitiveReport>> encode_in_parts(Document& document, const
   const TestFolder folder;
   OutOfCoreOptions limits = small_parts(folder);
   if (most_container_points > 0) limits.most_container_points = most_container_points;
-  auto reports = encode_document(document, options, draco_backend(), test_pool(), {}, limits);
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  auto reports = encode_document(document, options, reference_backend(), test_pool(), {}, limits);
+  expect_no_file(folder);
   return reports;
 }
 
@@ -376,7 +383,7 @@ class Pipe : public ByteStream {
 TEST(EncodeOutOfCore, ReadsThePackedStreamOnce) {
   const TestFolder folder;
   const std::string file = ply_of(blob(20000), Form::kLittle);
-  std::vector<uint8_t> packed(compressBound(file.size()) + 64);
+  std::vector<uint8_t> packed(compressBound(static_cast<uLong>(file.size())) + 64);
   z_stream state{};
   ASSERT_EQ(deflateInit2(&state, 1, Z_DEFLATED, 16 + MAX_WBITS, 8, Z_DEFAULT_STRATEGY), Z_OK);
   state.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(file.data()));
@@ -395,7 +402,7 @@ TEST(EncodeOutOfCore, ReadsThePackedStreamOnce) {
   packed.resize(packed.size() / 2);
   piped = encode_stream(std::make_unique<Pipe>(packed), "-", {}, small_parts(folder));
   EXPECT_EQ(piped.status().code(), StatusCode::kInvalidInput) << piped.status().to_string();
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  expect_no_file(folder);
 }
 
 // The header may state anything: it is invalid, and not a lack of space that may pass.
@@ -418,7 +425,7 @@ TEST(EncodeOutOfCore, AHeaderThatLiesIsInvalid) {
     EXPECT_EQ(piped.code(), StatusCode::kInvalidInput) << piped.to_string();
     EXPECT_TRUE(note.ends_with(", according to the header")) << note;
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  expect_no_file(folder);
 }
 
 TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
@@ -653,8 +660,8 @@ TEST(EncodeLargePrimitives, ShareThePatchesWithAllOthers) {
     const EncodeDocumentOptions options{.patches = {.count = count}};
     Document expected = large_and_small(30000), actual = expected;
     const auto expected_reports = must(encode(expected, options));
-    const auto reports = must(
-        encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder, part_faces)));
+    const auto reports = must(encode_document(actual, options, reference_backend(), test_pool(), {},
+                                              small_parts(folder, part_faces)));
     // Each part rounds its own number.
     EXPECT_NEAR(static_cast<double>(stream_count(reports)), count, count / 5);
     EXPECT_NEAR(static_cast<double>(reports[2].streams.size()),

@@ -11,7 +11,7 @@ void set_variable(const char* name, const char* value) {
     setenv(name, value, 1);
 }
 
-bool has_links() { return true; }
+bool is_posix() { return true; }
 
 const char* null_device() { return "/dev/null"; }
 

@@ -6,7 +6,7 @@ namespace psplit {
 
 void set_variable(const char* name, const char* value) { _putenv_s(name, value == nullptr ? "" : value); }
 
-bool has_links() { return false; }
+bool is_posix() { return false; }
 
 const char* null_device() { return "NUL"; }
 

@@ -7,6 +7,7 @@ namespace {
 class CompareCommand : public CommandOnSamples {};
 
 TEST_F(CompareCommand, ComparesInOneTable) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = sample("gyroid", "4000");
   const auto json =
       json_of({"compare", "--patches", "2,8", input, "--repeat", "2", "-j", "3", "--format", "json"});
@@ -57,6 +58,7 @@ TEST_F(CompareCommand, ComparesInOneTable) {
 }
 
 TEST_F(CompareCommand, QuotesItsCommandLineForAShell) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = path("it's a mesh.glb");
   std::filesystem::copy(sample("terrain", "300"), input);
   const auto json = json_of({"compare", input, "--repeat", "1", "--format", "json"});
@@ -65,6 +67,7 @@ TEST_F(CompareCommand, QuotesItsCommandLineForAShell) {
 }
 
 TEST_F(CompareCommand, ReportsStateTheGainAndNameNoFolder) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = sample("gyroid", "4000"),
                     folder = std::filesystem::path(input).parent_path().string();
   for (const std::string format : {"text", "json", "html"}) {
@@ -93,6 +96,7 @@ TEST_F(CompareCommand, ReportsStateTheGainAndNameNoFolder) {
 }
 
 TEST_F(CompareCommand, ComparesFromOnePatchAPrimitiveOnByDefault) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = sample("scene", "12000");
   const auto splits = json_of({"compare", input, "--repeat", "1", "--format", "json"}).at("splits");
   ASSERT_GE(splits.size(), 2u);
@@ -103,6 +107,7 @@ TEST_F(CompareCommand, ComparesFromOnePatchAPrimitiveOnByDefault) {
 }
 
 TEST_F(CompareCommand, ComparesLosslessAndWithoutRefinement) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = sample("gyroid", "4000");
   const auto compared = [&](std::vector<std::string> options) {
     options.insert(options.begin(), {"compare", input, "--patches", "9", "--repeat", "1", "--format", "json"});
@@ -125,6 +130,7 @@ TEST_F(CompareCommand, ComparesLosslessAndWithoutRefinement) {
 TEST_F(CompareCommand, ComparesOnlyUncompressedAssets) { EXPECT_EQ(run({"compare", split_sample()}), 5); }
 
 TEST_F(CompareCommand, MeasuresCondensedPatchesBesideTheOthers) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   const std::string input = sample("gyroid", "12000");
   const auto compare = [&](const std::string& format) {
     must_run({"compare", input, "--patches", "6", "--condense", "--repeat", "1", "--backend", "cpu", "--format",

@@ -14,7 +14,7 @@ TEST_F(DecodeCommand, DecodesToPlainAndToStockDraco) {
   EXPECT_FALSE(plain_json.contains("extensionsUsed"));
   EXPECT_TRUE(std::filesystem::exists(path(binary_of("plain.gltf"))));
 
-  must_run({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", "draco"});
+  must_run({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", has_draco() ? "draco" : "cpu"});
   const auto draco_json = read_json("draco.gltf");
   EXPECT_EQ(draco_json.at("extensionsUsed"), nlohmann::json::array({"KHR_draco_mesh_compression"}));
   const auto& primitive = draco_json.at("meshes").at(0).at("primitives").at(0);
@@ -37,7 +37,9 @@ TEST_F(DecodeCommand, EveryBackendDecodesToTheSameBytes) {
     return read_bytes(path("out.glb"));
   };
   const std::string cpu = decoded("--backend", "cpu");
-  EXPECT_TRUE(decoded("--backend", "draco") == cpu);
+  if (has_draco()) {
+    EXPECT_TRUE(decoded("--backend", "draco") == cpu);
+  }
   EXPECT_TRUE(decoded("--backend", "auto") == cpu);
   EXPECT_TRUE(decoded("--gpu-memory", "2MB") == cpu);
   if (cuda_available(nullptr)) {
@@ -57,7 +59,9 @@ TEST_F(DecodeCommand, EveryBackendDecodesStockDracoToTheSameBytes) {
     const std::string cpu = decoded("cpu");
     EXPECT_EQ(cpu.substr(0, 4), "glTF");
     EXPECT_FALSE(contains(cpu, "KHR_draco_mesh_compression"));
-    EXPECT_TRUE(cpu == decoded("draco")) << input;
+    if (has_draco()) {
+      EXPECT_TRUE(cpu == decoded("draco")) << input;
+    }
     EXPECT_TRUE(cpu == decoded("auto")) << input;
   }
   // The output has one node and one mesh, and nothing else.
@@ -85,7 +89,7 @@ TEST_F(DecodeCommand, DracoFilesAreReadByNameAndByContent) {
   EXPECT_EQ(report.at("total").at("patches"), 3);
   EXPECT_FALSE(contains(read_bytes(path("split.glb")), "KHR_draco_mesh_compression"));
   must_run({"validate", path("split.glb")});
-  must_run({"compare", drc, "--repeat", "1", "--patches", "2"});
+  if (has_draco()) must_run({"compare", drc, "--repeat", "1", "--patches", "2"});
   // `compare` refuses compressed assets: compared with these, patches would look better than they are.
   EXPECT_EQ(run({"compare", path("stock.gltf"), "--repeat", "1"}), 5);
 }
@@ -105,7 +109,7 @@ TEST_F(DecodeCommand, DracoFilesThatHoldNoMeshSayWhy) {
     refuses(command, "text.drc", 3, "Draco stream: not a Draco mesh");
     refuses(command, "empty.drc", 3, "the file is empty");
     refuses(command, "folder.drc", 2, "");
-    refuses(command, "version.drc", 3, "Draco stream: ");
+    if (has_draco()) refuses(command, "version.drc", 3, "Draco stream: ");
   }
   const std::string version = path("version.drc"), reason = "version.drc: Draco stream: of bitstream ";
   fails(5, {"decode", version, path("out.glb"), "--backend", "cpu"}, reason);

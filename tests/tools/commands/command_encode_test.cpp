@@ -25,8 +25,10 @@ TEST_F(EncodeCommand, CoarsePrimitivesAreForLoadersWithoutTheExtension) {
   const std::string input = path("mesh.glb"), coarse = path("coarse.glb");
   must_run({"generate", input, "--shape", "terrain", "--faces", "6000", "-q"});
   must_run({"encode", input, path("none.glb"), "--patches", "4", "-q"});
-  const nlohmann::json report =
-      json_of({"encode", input, coarse, "--patches", "4", "--fallback", "coarse=5%", "--report", "-"});
+  const int code = run({"encode", input, coarse, "--patches", "4", "--fallback", "coarse=5%", "--report", "-"});
+  if (lacks_library()) GTEST_SKIP() << err_;
+  ASSERT_EQ(code, 0) << err_;
+  const nlohmann::json report = nlohmann::json::parse(out_);
   const auto faces = report.at("coarse").at("faces").get<int>();
   EXPECT_GT(faces, 200);
   EXPECT_LT(faces, 700);
@@ -56,16 +58,16 @@ TEST_F(EncodeCommand, TakesFoldersAsBatchDoes) {
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   must_run({"encode", path("in"), "-o", path("out"), "--dry-run"});
-  EXPECT_TRUE(contains(err_, "out/a.glb would be written\n"));
-  EXPECT_TRUE(contains(err_, "out/x/b.glb would be written\n"));
+  EXPECT_TRUE(contains(err_, path("out/a.glb") + " would be written\n"));
+  EXPECT_TRUE(contains(err_, path("out/x/b.glb") + " would be written\n"));
   EXPECT_EQ(file_count(), 1u);
   must_run({"encode", path("in"), path("out")});
   EXPECT_EQ(out_, "");
   EXPECT_TRUE(contains(err_, "2 encoded, 0 up to date"));
   write("in/a.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
   must_run({"encode", path("in"), "-o", path("out"), "--dry-run"});
-  EXPECT_TRUE(contains(err_, "out/a.glb would be replaced\n"));
-  EXPECT_TRUE(contains(err_, "out/x/b.glb is up to date, and would be left\n"));
+  EXPECT_TRUE(contains(err_, path("out/a.glb") + " would be replaced\n"));
+  EXPECT_TRUE(contains(err_, path("out/x/b.glb") + " is up to date, and would be left\n"));
   // Several files, one file into a folder that exists, and another form.
   EXPECT_EQ(json_of({"encode", path("in/a.obj"), path("in/x/b.ply"), "-o", path("out"), "--report", "-"})
                 .at("encoded"),
@@ -230,6 +232,7 @@ TEST_F(EncodeCommand, DistanceTakesThePapersMethod) {
 }
 
 TEST_F(EncodeCommand, BothEncodersWriteTheSameFile) {
+  if (!has_draco()) GTEST_SKIP() << kNoDraco;
   for (const char* compat : {"none", "khr"}) {
     must_run({"encode", sample(), path("a.glb"), "--patches", "4", "--compat", compat});
     must_run({"encode", sample(), path("b.glb"), "--patches", "4", "--compat", compat, "--encoder", "draco"});

@@ -96,7 +96,7 @@ TEST_F(CommandLine, MissingInputsAreIoErrorsAndLeaveNoOutput) {
   EXPECT_EQ(run({"decode", path("none.glb"), path("out.glb")}), 2);
   EXPECT_EQ(run({"inspect", path("none.glb")}), 2);
   EXPECT_EQ(run({"validate", path("none.glb")}), 2);
-  fails(2, {"compare", path("none.gltf")}, "none.gltf");
+  if (has_draco()) fails(2, {"compare", path("none.gltf")}, "none.gltf");
   EXPECT_EQ(run({"generate", path("no/such/folder/out.glb"), "--faces", "1000"}), 2);
   EXPECT_EQ(file_count(), 0u);
 }
@@ -106,7 +106,9 @@ TEST_F(CommandLine, MalformedInputsAreInvalid) {
   EXPECT_EQ(run({"encode", path("broken.gltf"), path("out.glb")}), 3);
   EXPECT_EQ(run({"decode", path("broken.gltf"), path("out.glb")}), 3);
   EXPECT_EQ(run({"inspect", path("broken.gltf")}), 3);
-  EXPECT_EQ(run({"compare", path("broken.gltf")}), 3);
+  if (has_draco()) {
+    EXPECT_EQ(run({"compare", path("broken.gltf")}), 3);
+  }
   EXPECT_EQ(run({"validate", path("broken.gltf"), "--format", "json"}), 3);
   const auto json = nlohmann::json::parse(out_);
   EXPECT_FALSE(json.at("valid").get<bool>());
@@ -155,6 +157,7 @@ TEST_F(CommandLine, BytesDoNotDependOnThreads) {
 TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
   write("cube.fbx", "Kaydara FBX Binary");
   for (const char* command : {"encode", "decode", "inspect", "compare"}) {
+    if (command == std::string("compare") && !has_draco()) continue;
     std::vector<std::string> words = {command, path("cube.fbx")};
     if (command[0] == 'e' || command[0] == 'd') words.push_back(path("out.glb"));
     fails(5, words, "cube.fbx: no format that is read; .gltf, .glb, .drc, .ply, .obj, .stl, .off");

@@ -78,6 +78,7 @@ TEST_F(ManyFiles, SomeThingsAreForOneFile) {
 TEST_F(ManyFiles, TablesFit) {
   for (std::vector<std::string> words : {std::vector<std::string>{"inspect", path("split.glb")},
                                          {"compare", path("plain.glb"), "--repeat", "1", "--patches", "1,2"}}) {
+    if (words.front() == "compare" && !has_draco()) continue;
     const std::string narrow = run_command(words).out;
     std::istringstream lines(narrow);
     std::string line;

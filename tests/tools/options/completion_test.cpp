@@ -50,6 +50,7 @@ class Completion : public CommandTest {
 };
 
 TEST_F(Completion, BashOffersVerbsOptionsAndValues) {
+  if (!is_posix()) GTEST_SKIP() << "no bash";
   script("bash");
   EXPECT_EQ(offered("\"\""), in_help({}, verb_));
   EXPECT_EQ(offered("enc"), Words{"encode"});
@@ -66,6 +67,7 @@ TEST_F(Completion, BashOffersVerbsOptionsAndValues) {
 }
 
 TEST_F(Completion, AllVerbsAndOptionsAreInEachScript) {
+  if (!is_posix()) GTEST_SKIP() << "no bash";
   const std::string bash = script("bash"), zsh = script("zsh"), fish = script("fish");
   const Words verbs = in_help({}, verb_);
   EXPECT_GT(verbs.size(), 10u);
@@ -93,6 +95,7 @@ TEST_F(Completion, AllVerbsAndOptionsAreInEachScript) {
 }
 
 TEST_F(Completion, ScriptsHaveTheSyntaxOfTheirShells) {
+  if (!is_posix()) GTEST_SKIP() << "no bash";
   for (const std::string shell : {"bash", "zsh", "fish"}) {
     script(shell);
     if (std::system(("command -v " + shell + " >/dev/null").c_str()) != 0) continue;

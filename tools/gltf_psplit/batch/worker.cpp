@@ -164,7 +164,7 @@ struct AssetWork::Job {
 BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::function<void(bool)>& waits) {
   BatchOutcome outcome{.input = item.input};
   const bool writes = *check_of(arguments_.verb) == '\0';
-  const fs::path place = arguments_.request.folder / item.name;
+  const fs::path place = (arguments_.request.folder / item.name).make_preferred();
   if (writes || arguments_.verb == BatchVerb::kCompare)
     outcome.output = arguments_.staging.any() ? item.name : place.string();
   Job job{item, outcome, {arguments_.staging, staging_folder_ / std::to_string(id)}};

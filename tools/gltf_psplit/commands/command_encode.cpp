@@ -250,7 +250,7 @@ bool writes_into_folder(const EncodeCommandArguments& arguments) {
       !std::filesystem::exists(first, error) && (first.starts_with('@') || is_pattern(first));
   return arguments.inputs.size() > 1 || may_be_many || std::filesystem::is_directory(first, error) ||
          (std::filesystem::is_directory(arguments.output, error) && !is_asset_name(arguments.output)) ||
-         arguments.output.ends_with('/');
+         (!arguments.output.empty() && !std::filesystem::path(arguments.output).has_filename());
 }
 
 Status run_into_folder(const EncodeCommandArguments& arguments, const Session& session) {

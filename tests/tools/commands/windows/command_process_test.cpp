@@ -134,7 +134,8 @@ TEST_F(CommandProcess, CtrlBreakEndsItWithTheCodeOfWhatMayPass) {
   Process process;
   start(process, {"encode", "-", path("a.glb")}, input);
   std::this_thread::sleep_for(std::chrono::seconds(2));
-  if (GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, process.info.dwProcessId) == 0) GTEST_SKIP() << "no console";
+  if (GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, process.info.dwProcessId) == 0)
+    GTEST_SKIP() << "no console, error " << GetLastError();
   EXPECT_EQ(process.wait(), exit_code(StatusCode::kMayPass));
   EXPECT_EQ(read_bytes(path("err")), "gltf-psplit: error: stopped by a signal\n");
   EXPECT_EQ(file_count(), 2u) << "out and err";
@@ -180,7 +181,8 @@ TEST_F(BatchProcess, StopsAtCtrlBreakAndGoesOn) {
     Process process;
     start(process, words());
     ASSERT_TRUE(comes_true([&] { return fs::exists(path("done/0.glb")); }));
-    if (GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, process.info.dwProcessId) == 0) GTEST_SKIP() << "no console";
+    if (GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, process.info.dwProcessId) == 0)
+      GTEST_SKIP() << "no console, error " << GetLastError();
     EXPECT_EQ(process.wait(), exit_code(StatusCode::kMayPass));
   }
   EXPECT_TRUE(contains(read_bytes(path("err")), "stopped by a signal after"));
@@ -202,9 +204,16 @@ TEST_F(BatchProcess, CommandsBringAndTakeFiles) {
                       "\n");
   const fs::path before = fs::current_path();
   fs::current_path(folder_.path());
-  const int code = run_process({"batch", "--manifest", "plan.jsonl", "-o", "done", "-q", "--fetch",
-                                "copy /b %1 %2 >nul || exit /b 66", "--store", "copy /b %1 far\\%2 >nul"});
+  const auto bring_by = [&](const std::string& fetch) {
+    return run_process({"batch", "--manifest", "plan.jsonl", "-o", "done", "-q", "--fetch", fetch, "--store",
+                        "copy /b %1 far"});
+  };
+  const int without_input = bring_by("exit /b 66");
+  const std::string reason = err_;
+  const int code = bring_by("copy /b %1 %2");
   fs::current_path(before);
+  EXPECT_EQ(without_input, exit_code(StatusCode::kIo)) << reason;
+  EXPECT_TRUE(contains(reason, "--fetch failed: exit code 66"));
   EXPECT_EQ(code, 0) << err_;
   EXPECT_EQ(run_process({"validate", path("far/x & y.glb")}), 0) << err_;
 }
