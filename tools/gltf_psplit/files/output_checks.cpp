@@ -14,11 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Paths of files that do not exist yet are compared by their text. If one of two exists, they differ.
+// Paths that lead to no file yet are compared by their text: "new/../a.glb" is a.glb once there is the folder.
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
-  const bool is_same = fs::equivalent(a, b, error);
-  return is_same || (error && fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error));
+  if (fs::equivalent(a, b, error)) return true;
+  const bool both_exist = fs::exists(a, error) && fs::exists(b, error);
+  return !both_exist && fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
 }
 
 }  // namespace
