@@ -192,6 +192,7 @@ class Generator {
     for (const int depth : depths)
       for (const int speed : {0, 1, 2, 4, 6, 8, 10}) {
         if (depth > kCheapEntropyBits && speed < 2) continue;
+        if (!all_ && depth == kCheapEntropyBits && speed != 4) continue;
         // The values of all roles are far apart.
         Recipe recipe{.speed = speed, .entropy_coding = depth <= kCheapEntropyBits};
         recipe.bits = {depth, depth, depth, depth, depth};
@@ -201,7 +202,8 @@ class Generator {
 
     // Texture coordinates that are predicted from such edges overflow 64 bits. libdraco refuses to encode some
     // of these meshes. Depending on its version, it decodes the others or refuses them.
-    for (uint32_t seed = 0; seed < 40; ++seed) {
+    const uint32_t quads = all_ ? 40 : 12;
+    for (uint32_t seed = 0; seed < quads; ++seed) {
       subject = {.name = "long edges of a quad " + std::to_string(seed),
                  .point_count = 4,
                  .faces = {{0, 1, 2}, {2, 1, 3}}};

@@ -24,6 +24,9 @@ enum class StreamSet {
 // What a test asks for that is to see all streams. Sanitizers see only kSmall.
 inline constexpr StreamSet kFullSet = !kHasSanitizers ? StreamSet::kAll : StreamSet::kSmall;
 
+// Of kFullSet, what a test takes that compares slowly: all of kSmall, and every third stream of kAll.
+inline bool is_sampled(size_t number) { return kHasSanitizers || number % 3 == 0; }
+
 // Makes the streams of the set, always in the same order and with the same bytes, and calls `visit` with each.
 // libdraco can decode all of them.
 void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set);

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tests/support/sanitizers.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
@@ -549,7 +550,9 @@ std::vector<NamedMesh> generate_shapes() {
   const ThreadPool pool;
   std::vector<NamedMesh> meshes;
   for (const Sample& sample : samples) {
-    Expected<std::vector<Mesh>> shapes = generate_shape(sample.options, pool);
+    ShapeOptions options = sample.options;
+    if (kHasSanitizers) options.faces /= 5;
+    Expected<std::vector<Mesh>> shapes = generate_shape(options, pool);
     if (!shapes) throw std::runtime_error(shapes.status().to_string());
     for (size_t i = 0; i < shapes->size(); ++i)
       meshes.push_back({shapes->size() == 1 ? sample.name : sample.name + (" " + std::to_string(i)),

@@ -173,7 +173,8 @@ TEST(Condense, AStreamThatDoesNotComeBackIsStored) {
   DracoFields fields;
   for (const DracoStream& candidate : small_draco_streams()) {
     Expected<DracoFields> read = read_fields(candidate.bytes);
-    if (!stream.empty() || !read || read->attributes.size() != 1 || read->vertex_count < 100) continue;
+    // Values of a flat grid are always stored in the order of creation.
+    if (!stream.empty() || !read || !candidate.name.starts_with("grid: ")) continue;
     if (read->attributes[0].skeleton.scheme != core::Scheme::kParallelogram) continue;
     stream = candidate.bytes;
     fields = std::move(*read);

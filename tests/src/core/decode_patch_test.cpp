@@ -50,7 +50,8 @@ void expect_decoded_by_a_warp(const DracoStream& stream, const RawMesh& expected
             fault_text(decode<Index>(header, decoded)));
 }
 
-// Under sanitizers each stream has indices of one size on one lane, and a warp decodes every third stream.
+// Under sanitizers each stream has indices of one size on one lane, and a warp decodes every third stream. A
+// warp has indices of one size for each stream.
 TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
   constexpr bool kEverything = !kHasSanitizers;
   size_t count = 0, seen = 0;
@@ -62,11 +63,14 @@ TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
     if (kEverything || odd || !fits_16_bits) expect_decoded<uint32_t>(stream, expected);
     if (fits_16_bits && (kEverything || !odd)) expect_decoded<uint16_t>(stream, expected);
     if (!kEverything && seen % 3 != 0) return;
-    expect_decoded_by_a_warp<uint32_t>(stream, expected, count);
-    if (fits_16_bits) expect_decoded_by_a_warp<uint16_t>(stream, expected, count);
+    if (fits_16_bits && odd) {
+      expect_decoded_by_a_warp<uint16_t>(stream, expected, count);
+    } else {
+      expect_decoded_by_a_warp<uint32_t>(stream, expected, count);
+    }
   };
   for_each_draco_stream(expect_equal, kFullSet);
-  EXPECT_GT(count, kEverything ? 1000u : 300u);
+  EXPECT_GT(count, kEverything ? 1000u : 150u);
 }
 
 TEST(DecodePatch, EqualsLibdracoOnTheCorpus) {
