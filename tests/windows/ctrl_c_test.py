@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""Ctrl-C on a console stops the command for Windows, and nothing is left that it was writing:
+
+    ctrl_c_test.py WINE COMMAND.exe
+
+wine makes a console of a terminal of this system. A program that has not begun yet is ended by wine itself, so the tests wait
+until the command writes its first file."""
+import os, pathlib, pty, re, select, signal, subprocess, sys, tempfile, time
+
+MAY_PASS = 75  # the exit code of what may pass if it is tried again
+wine, program = sys.argv[1], str(pathlib.Path(sys.argv[2]).resolve())
+
+
+def run(folder, *words):
+    return subprocess.run([wine, program, *words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+
+
+def press_ctrl_c(folder, may_press, *words):
+    """Runs the command on a terminal of its own, presses Ctrl-C once `may_press()`, and returns the exit code and the text."""
+    child, terminal = pty.fork()
+    if child == 0:
+        os.chdir(folder)
+        os.execv(wine, [wine, program, *words])
+    text, pressed, end = b"", False, time.monotonic() + 120
+    while time.monotonic() < end:
+        if select.select([terminal], [], [], 0.02)[0]:
+            try:
+                text += os.read(terminal, 1 << 16)
+            except OSError:  # its last process has ended
+                break
+        if not pressed and may_press():
+            os.write(terminal, b"\x03")
+            pressed = True
+    else:
+        os.kill(child, signal.SIGKILL)
+    os.close(terminal)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    # The console draws blanks by moving its cursor, whose other commands say nothing.
+    said = re.sub(rb"\x1b\[K\x1b\[1C", b" ", text)
+    return code, re.sub(rb"\x1b\[[?0-9;]*[A-Za-z]", b"", said).decode(errors="replace")
+
+
+def expect(true, *what):
+    if not true:
+        sys.exit(" ".join(map(str, what)))
+
+
+def a_command_ends(folder):
+    begun = lambda: any(file.stat().st_size > 1 << 20 for file in folder.iterdir())
+    code, text = press_ctrl_c(folder, begun, "generate", "a.glb", "--shape", "terrain", "--faces", "20000000")
+    expect(code == MAY_PASS, "generate exits with", code, text)
+    expect("error: stopped by a signal" in text, text)
+    expect(not list(folder.iterdir()), "left:", list(folder.iterdir()))
+
+
+def a_batch_goes_on_later(folder):
+    count = 12
+    (folder / "in").mkdir()
+    for seed in range(count):
+        done = run(folder, "generate", f"in/{seed}.glb", "--shape", "terrain", "--faces", "60000", "--seed", str(seed), "-q")
+        expect(done.returncode == 0, done.stderr)
+    out = folder / "done"
+    batch = ["batch", "in", "-o", "done", "-q"]
+    code, text = press_ctrl_c(folder, lambda: len(list(out.glob("*.glb"))) > 0, *batch)
+    made = len(list(out.glob("*.glb")))
+    expect(code == MAY_PASS, "batch exits with", code, "after", made, "assets:", text)
+    expect(re.search(r"stopped by a signal after \d+ assets?; run it again to go on", text), text)
+    expect(0 < made < count, made, "assets were made before it stopped")
+    done = run(folder, *batch)
+    expect(done.returncode == 0 and len(list(out.glob("*.glb"))) == count, done.returncode, done.stderr)
+
+
+for test in a_command_ends, a_batch_goes_on_later:
+    with tempfile.TemporaryDirectory() as name:
+        test(pathlib.Path(name))
+print("Ctrl-C: 2 tests passed")
