@@ -1,15 +1,5 @@
-# Toolchain: 64-bit ARM Linux by Debian's cross compiler, with the packages that lie in the folder PSPLIT_SYSROOT (scripts/arm64
-# makes one). Programs run under qemu-user.
-set(CMAKE_SYSTEM_NAME Linux)
+# Toolchain: 64-bit ARM Linux.
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
-set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
-set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
-set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
-list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES PSPLIT_SYSROOT)
-set(CMAKE_SYSROOT ${PSPLIT_SYSROOT})
-list(APPEND CMAKE_FIND_ROOT_PATH ${PSPLIT_SYSROOT})
-set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
-set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static -L ${PSPLIT_SYSROOT})
+set(PSPLIT_TRIPLET aarch64-linux-gnu)
+set(PSPLIT_QEMU qemu-aarch64-static)
+include(${CMAKE_CURRENT_LIST_DIR}/debian_cross.cmake)

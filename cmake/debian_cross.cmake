@@ -1,0 +1,22 @@
+# Part of the toolchains for other Linux machines, by Debian's cross compilers: PSPLIT_TRIPLET names the machine, and PSPLIT_QEMU
+# the emulator of qemu-user that runs its programs. Other packages lie in the folder PSPLIT_SYSROOT (scripts/arm64 makes one);
+# without it there is what the compiler brings, and headers that are the same on all machines.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_C_COMPILER ${PSPLIT_TRIPLET}-gcc)
+set(CMAKE_CXX_COMPILER ${PSPLIT_TRIPLET}-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE ${PSPLIT_TRIPLET})
+if(PSPLIT_SYSROOT)
+  list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES PSPLIT_SYSROOT)
+  set(CMAKE_SYSROOT ${PSPLIT_SYSROOT})
+  set(root ${PSPLIT_SYSROOT})
+  list(APPEND CMAKE_FIND_ROOT_PATH ${root})
+else()
+  set(root /usr/${PSPLIT_TRIPLET})
+  include(${CMAKE_CURRENT_LIST_DIR}/common_headers.cmake)
+  list(PREPEND CMAKE_FIND_ROOT_PATH ${root} ${PSPLIT_HEADERS})
+endif()
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_CROSSCOMPILING_EMULATOR ${PSPLIT_QEMU} -L ${root})
