@@ -193,19 +193,23 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
                                                          std::optional<uint32_t> point_count) {
   const AssetRecords& records = document.records();
   const std::vector<AttributeRecords>& targets = records.primitive(id).targets;
-  std::vector<MorphAttribute> morphs;
-  uint64_t unbacked_bytes = 0;
-  for (size_t t = 0; t < targets.size(); ++t)
-    for (const auto& [semantic, index] : targets[t]) {
+  uint64_t unbacked_bytes = 0;  // before memory is allocated for any
+  for (const AttributeRecords& target : targets)
+    for (const auto& [semantic, index] : target) {
       const AccessorRecord& accessor = records.accessor(index);
-      if (point_count && accessor.count != *point_count)  // before memory is allocated for it
+      if (point_count && accessor.count != *point_count)
         return invalid_input("morph target " + semantic + " has " + std::to_string(accessor.count) +
                                  " elements for " + std::to_string(*point_count) + " points",
                              place_of(id));
+      if (!accessor.has_view() && (unbacked_bytes += accessor.packed_bytes()) > kMaxUnbackedBytes)
+        return invalid_input("morph targets without a buffer view are too large", place_of(id));
+    }
+  std::vector<MorphAttribute> morphs;
+  for (size_t t = 0; t < targets.size(); ++t)
+    for (const auto& [semantic, index] : targets[t]) {
+      const AccessorRecord& accessor = records.accessor(index);
       Expected<AccessorData> data = read_accessor(document, index);
       if (!data) return data.status().at(place_of(id));
-      if (!accessor.has_view() && (unbacked_bytes += data->values.size()) > kMaxUnbackedBytes)
-        return invalid_input("morph targets without a buffer view are too large", place_of(id));
       morphs.push_back({t, semantic, std::move(*data), accessor.sparse || !accessor.has_view()});
     }
   return morphs;
