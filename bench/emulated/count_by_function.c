@@ -1,5 +1,5 @@
-/* A plugin of qemu-user: counts the instructions that a program runs, and prints those of each function. Debian has no header
-   for plugins, so what it uses is declared here (qemu 7.2, docs/devel/tcg-plugins). */
+/* A plugin of qemu-user: counts the instructions that a program runs, and prints those of each function. Debian
+   has no header for plugins, so what it uses is declared here (qemu 7.2, docs/devel/tcg-plugins). */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +9,8 @@ typedef uint64_t qemu_plugin_id_t;
 struct qemu_plugin_tb;
 struct qemu_plugin_insn;
 enum { kAddToCounter = 0 };
-void qemu_plugin_register_vcpu_tb_trans_cb(qemu_plugin_id_t, void (*)(qemu_plugin_id_t, struct qemu_plugin_tb*));
+void qemu_plugin_register_vcpu_tb_trans_cb(qemu_plugin_id_t,
+                                           void (*)(qemu_plugin_id_t, struct qemu_plugin_tb*));
 void qemu_plugin_register_vcpu_insn_exec_inline(struct qemu_plugin_insn*, int, void*, uint64_t);
 void qemu_plugin_register_atexit_cb(qemu_plugin_id_t, void (*)(qemu_plugin_id_t, void*), void*);
 size_t qemu_plugin_tb_n_insns(const struct qemu_plugin_tb*);
@@ -38,13 +39,15 @@ static struct Function* find(const char* name) {
   return *link;
 }
 
-/* Translated code is run many times. It adds to the counters itself, which is exact in a program of one thread. */
+/* Translated code is run many times. It adds to the counters itself, which is exact in a program of one thread.
+ */
 static void translate(qemu_plugin_id_t id, struct qemu_plugin_tb* block) {
   (void)id;
   for (size_t i = 0; i < qemu_plugin_tb_n_insns(block); ++i) {
     struct qemu_plugin_insn* instruction = qemu_plugin_tb_get_insn(block, i);
     const char* name = qemu_plugin_insn_symbol(instruction);
-    qemu_plugin_register_vcpu_insn_exec_inline(instruction, kAddToCounter, &find(name ? name : "?")->instructions, 1);
+    qemu_plugin_register_vcpu_insn_exec_inline(instruction, kAddToCounter,
+                                               &find(name ? name : "?")->instructions, 1);
   }
 }
 
