@@ -21,24 +21,30 @@ def press_ctrl_c(folder, may_press, *words):
     if child == 0:
         os.chdir(folder)
         os.execv(wine, [wine, program, *words])
-    text, pressed, status, end = b"", False, None, time.monotonic() + 120
-    # The console may stay when the command has ended.
-    while status is None or select.select([terminal], [], [], 0.2)[0]:
-        if status is None:
-            ended, found = os.waitpid(child, os.WNOHANG)
-            status = found if ended else None
-        if status is None and time.monotonic() > end:
+    text, pressed, ended, end = b"", False, 0, time.monotonic() + 120
+
+    def read(seconds):
+        nonlocal text
+        if not select.select([terminal], [], [], seconds)[0]:
+            return False
+        try:
+            text += os.read(terminal, 1 << 16)
+        except OSError:  # its last process has ended
+            return False
+        return True
+
+    while not ended:
+        if time.monotonic() > end:
             os.kill(child, signal.SIGKILL)
-        if select.select([terminal], [], [], 0.02)[0]:
-            try:
-                text += os.read(terminal, 1 << 16)
-            except OSError:  # its last process has ended
-                break
+        read(0.02)
         if not pressed and may_press():
             os.write(terminal, b"\x03")
             pressed = True
+        ended, status = os.waitpid(child, os.WNOHANG)
+    while read(0.2):  # not to its end: the console may stay when the command has ended
+        pass
     os.close(terminal)
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1] if status is None else status)
+    code = os.waitstatus_to_exitcode(status)
     # The console draws blanks by moving its cursor, whose other commands say nothing.
     said = re.sub(rb"\x1b\[K\x1b\[1C", b" ", text)
     return code, re.sub(rb"\x1b\[[?0-9;]*[A-Za-z]", b"", said).decode(errors="replace")

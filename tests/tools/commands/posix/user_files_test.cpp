@@ -7,7 +7,6 @@
 
 #include "gltf_ext/json/json.h"
 #include "tests/support/child.h"
-#include "tests/support/sanitizers.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
