@@ -51,9 +51,9 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
 }
 
 Expected<StockStream> encode_stock_sequential(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                              int encode_speed, bool by_libdraco) {
+                                              int encode_speed) {
   return keep_order(weld(mesh, ThreadPool(1)), whole_mesh(mesh), codings,
-                    stream_options(encode_speed, by_libdraco, /*choose_by_bytes=*/false));
+                    stream_options(encode_speed, /*by_libdraco=*/false, /*choose_by_bytes=*/false));
 }
 
 }  // namespace psplit

@@ -29,6 +29,6 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
                                           bool choose_by_bytes = false);
 // The same as a sequential stream, which keeps all faces and points, and their order.
 Expected<StockStream> encode_stock_sequential(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                              int encode_speed, bool by_libdraco = false);
+                                              int encode_speed);
 
 }  // namespace psplit
