@@ -36,23 +36,12 @@ bool has_no_unique_ids(std::span<const uint8_t> stream) {
 
 // Attributes without unique ids get their places for ids.
 Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quantized) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
-  draco::Decoder decoder;
-  if (keep_quantized)
-    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
-      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
   // libdraco sizes arrays from what the stream claims.
   const Status too_large = invalid_input("Draco stream: claims more data than memory can hold");
   try {
-    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+    auto decoded = decode_unfused(stream, keep_quantized);
     if (decoded.ok()) {
       DracoMesh decoded_mesh{std::move(decoded).value()};
-      if (kLibdracoFuses && !keep_quantized) {
-        const Expected<DracoMesh> coded = decode_mesh(stream, true);
-        if (!coded) return coded.status();
-        set_unfused_values(*coded->mesh, *decoded_mesh.mesh);
-      }
       // Only libdraco built for its transcoder knows more types than the bitstream.
       for (int32_t i = 0; i < decoded_mesh.mesh->num_attributes(); ++i)
         if (decoded_mesh.mesh->attribute(i)->attribute_type() > draco::GeometryAttribute::GENERIC)

@@ -1,6 +1,5 @@
 #include "encoder/draco/patch_stream.h"
 
-#include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/compression/mesh/mesh_edgebreaker_encoder.h>
 #include <draco/mesh/mesh.h>
@@ -15,6 +14,7 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_types.h"
+#include "encoder/draco/unfused_values.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/patch_steps.h"
@@ -241,10 +241,7 @@ Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchM
     encoded.bytes = std::move(*bytes);
     for (size_t k = 0; k < values.size(); ++k) met.push_back(points_met(encoder, k, patch));
   }
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(encoded.bytes.data()), encoded.bytes.size());
-  draco::Decoder decoder;
-  const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  const auto decoded = decode_unfused(encoded.bytes, /*keep_quantized=*/false);
   if (!decoded.ok())
     return runtime_failure(std::string("libdraco cannot decode what it encoded: ") +
                            decoded.status().error_msg());

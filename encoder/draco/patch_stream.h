@@ -13,6 +13,14 @@
 
 namespace psplit {
 
+// Debian's libdraco for 64-bit ARM fuses multiply-adds. So its encoder rounds a few values to the step beside
+// that of other machines.
+#if defined(__aarch64__)
+inline constexpr bool kLibdracoFuses = true;
+#else
+inline constexpr bool kLibdracoFuses = false;
+#endif
+
 // What encode_stream does, by libdraco's encoder and decoder.
 Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
                                           std::span<const AttributeCoding> codings, int encode_speed,

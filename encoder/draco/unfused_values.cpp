@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "encoder/draco/patch_stream.h"
+
 namespace psplit {
 namespace {
 
@@ -53,7 +55,26 @@ void for_each_value(const draco::PointAttribute& coded, Set set) {
 
 }  // namespace
 
-void set_unfused_values(const draco::Mesh& coded, draco::Mesh& decoded) {
+void keep_integers(draco::Decoder& decoder) {
+  for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
+    decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
+}
+
+draco::StatusOr<std::unique_ptr<draco::Mesh>> decode_unfused(std::span<const uint8_t> stream,
+                                                             bool keep_quantized) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+  draco::Decoder decoder;
+  if (keep_quantized) keep_integers(decoder);
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!kLibdracoFuses || keep_quantized || !decoded.ok()) return decoded;
+  const auto coded = decode_unfused(stream, /*keep_quantized=*/true);
+  if (!coded.ok()) return coded.status();
+  set_unfused_values(*coded.value(), *decoded.value());
+  return decoded;
+}
+
+void set_unfused_values(const draco::PointCloud& coded, draco::PointCloud& decoded) {
   for (int32_t i = 0; i < coded.num_attributes(); ++i) {
     draco::PointAttribute& attribute = *decoded.attribute(i);
     for_each_value(*coded.attribute(i), [&](draco::AttributeValueIndex index, const float* value) {

@@ -3,18 +3,25 @@
 // machines.
 #pragma once
 
+#include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
 
 namespace psplit {
 
-#if defined(__aarch64__)
-inline constexpr bool kLibdracoFuses = true;
-#else
-inline constexpr bool kLibdracoFuses = false;
-#endif
+// Lets a decoder give the integers of quantized attributes and normals.
+void keep_integers(draco::Decoder& decoder);
+
+// Decodes a mesh with libdraco, to floats as of machines that fuse nothing. keep_quantized: to the integers of
+// the stream.
+draco::StatusOr<std::unique_ptr<draco::Mesh>> decode_unfused(std::span<const uint8_t> stream,
+                                                             bool keep_quantized);
 
 // Replaces the floats of quantized attributes and normals in `decoded` by those that this file calculates from
-// `coded`: the same stream, decoded without libdraco's transforms (SetSkipAttributeTransform).
-void set_unfused_values(const draco::Mesh& coded, draco::Mesh& decoded);
+// `coded`: the same stream with its integers.
+void set_unfused_values(const draco::PointCloud& coded, draco::PointCloud& decoded);
 
 }  // namespace psplit

@@ -1,13 +1,14 @@
 #include "tests/support/draco_oracle.h"
 
 #include <draco/compression/decode.h>
-#include <draco/mesh/mesh.h>
 #include <draco/point_cloud/point_cloud.h>
 
 #include <memory>
 #include <utility>
 
+#include "encoder/draco/patch_stream.h"
 #include "encoder/draco/unfused_values.h"
+#include "src/cpu/draco_stream.h"
 
 namespace psplit {
 
@@ -29,15 +30,37 @@ RawMesh points_of(const draco::PointCloud& source) {
   return mesh;
 }
 
-std::unique_ptr<draco::Mesh> decode(std::span<const uint8_t> stream, bool skip_transforms) {
+std::unique_ptr<draco::Mesh> decode(std::span<const uint8_t> stream, bool keep_quantized) {
+  auto decoded = decode_unfused(stream, keep_quantized);
+  return decoded.ok() ? std::move(decoded).value() : nullptr;
+}
+
+bool decode_cloud(std::span<const uint8_t> stream, bool keep_quantized, draco::PointCloud& cloud) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
   draco::Decoder decoder;
-  if (skip_transforms)
-    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
-      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  return decoded.ok() ? std::move(decoded).value() : nullptr;
+  if (keep_quantized) keep_integers(decoder);
+  return decoder.DecodeBufferToGeometry(&buffer, &cloud).ok();
+}
+
+// libdraco keeps the grids of a kD-tree to itself.
+void set_unfused_values_of_tree(const StreamDescription& description, const draco::PointCloud& coded,
+                                draco::PointCloud& decoded) {
+  for (size_t i = 0; i < description.attributes.size(); ++i) {
+    const StreamAttribute& grid = description.attributes[i];
+    const draco::PointAttribute& steps = *coded.attribute(static_cast<int>(i));
+    draco::PointAttribute& attribute = *decoded.attribute(static_cast<int>(i));
+    if (grid.bits == 0 || attribute.data_type() != draco::DT_FLOAT32) continue;
+    const float step = grid.range / static_cast<float>((1u << grid.bits) - 1);
+    std::vector<uint32_t> in(grid.components);
+    std::vector<float> out(grid.components);
+    for (uint32_t n = 0; n < attribute.size(); ++n) {
+      steps.GetValue(draco::AttributeValueIndex(n), in.data());
+      for (size_t k = 0; k < in.size(); ++k)
+        out[k] = static_cast<float>(static_cast<int32_t>(in[k])) * step + grid.origin[k];
+      attribute.SetAttributeValue(draco::AttributeValueIndex(n), out.data());
+    }
+  }
 }
 
 }  // namespace
@@ -61,12 +84,18 @@ std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, Att
   return mesh;
 }
 
-std::optional<RawMesh> decode_cloud_with_libdraco(std::span<const uint8_t> stream) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
-  draco::PointCloud cloud;
-  draco::Decoder decoder;
-  if (!decoder.DecodeBufferToGeometry(&buffer, &cloud).ok()) return std::nullopt;
+std::optional<RawMesh> decode_cloud_with_libdraco(std::span<const uint8_t> stream,
+                                                  AttributeTransforms transforms) {
+  const bool keep_quantized = transforms == AttributeTransforms::kSkip;
+  draco::PointCloud cloud, coded;
+  if (!decode_cloud(stream, keep_quantized, cloud)) return std::nullopt;
+  if (keep_quantized || (!kLibdracoFuses && transforms == AttributeTransforms::kApply)) return points_of(cloud);
+  const Expected<StreamDescription> description = describe_stream(stream);
+  if (!description || !decode_cloud(stream, true, coded)) return std::nullopt;
+  if (description->coding == StreamCoding::kCloudKdTree)
+    set_unfused_values_of_tree(*description, coded, cloud);
+  else
+    set_unfused_values(coded, cloud);
   return points_of(cloud);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "tests/support/draco_clouds.h"
 #include "tests/support/draco_features.h"
 #include "tests/support/expect.h"
 #include "tests/support/mutants.h"
@@ -180,6 +181,10 @@ TEST(DracoStreams, OracleRoundsAsLibdracoDoes) {
   for (const DracoStream& stream : small_draco_streams())
     EXPECT_TRUE(must(decode_with_libdraco(stream.bytes)) ==
                 must(decode_with_libdraco(stream.bytes, AttributeTransforms::kApplyUnfused)))
+        << stream.name;
+  for (const DracoStream& stream : small_draco_clouds())
+    EXPECT_TRUE(must(decode_cloud_with_libdraco(stream.bytes)) ==
+                must(decode_cloud_with_libdraco(stream.bytes, AttributeTransforms::kApplyUnfused)))
         << stream.name;
 }
 
