@@ -135,6 +135,9 @@ if(PSPLIT_BUILD_C)
     target_link_libraries(psplit_blender_package PRIVATE psplit_draco_package ${PSPLIT_THREADS_LIBRARIES})
     set_target_properties(psplit_blender_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME extern_draco PREFIX lib
                           LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+    if(APPLE) # the name that Blender's add-on looks for
+      set_target_properties(psplit_blender_package PROPERTIES SUFFIX .dylib)
+    endif()
     psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/c/blender/bridge.map)
   endif()
   add_library(psplit_c_package SHARED)
@@ -153,6 +156,9 @@ if(PSPLIT_BUILD_C)
   target_link_libraries(psplit_unity_package PRIVATE ${PSPLIT_THREADS_LIBRARIES})
   set_target_properties(psplit_unity_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME dracodec_unity PREFIX lib
                         LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+  if(APPLE) # Unity's plugins are bundles there
+    set_target_properties(psplit_unity_package PROPERTIES PREFIX "" SUFFIX .bundle)
+  endif()
   psplit_export_only(psplit_unity_package ${PROJECT_SOURCE_DIR}/c/unity/plugin.map)
   set(objects ${c_objects} ${blender_objects} ${unity_objects})
   list(REMOVE_DUPLICATES objects)

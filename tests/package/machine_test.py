@@ -10,7 +10,7 @@ parser = argparse.ArgumentParser()
 for name in ("source", "cmake", "commands"):
     parser.add_argument("--" + name, required=True)
 options = parser.parse_args()
-is_x86 = platform.machine() == "x86_64"
+is_x86 = platform.machine() == "x86_64" and sys.platform != "darwin"  # where g++ is clang
 # What a machine is called, its compiler, its flags, and what CMake says; None: it configures.
 kMachines = [
     ("x87", "g++" if is_x86 else None, ["-DCMAKE_CXX_FLAGS=-m32 -mfpmath=387"], "floats have more digits .*-msse2"),
@@ -30,8 +30,12 @@ def configure(compiler, definitions):
     return done.returncode, " ".join((done.stdout + done.stderr).split())
 
 
+def compiles_for_powerpc():  # Apple's clang does not
+    return shutil.which("clang++") and "ppc64" in subprocess.run(["clang++", "--print-targets"], capture_output=True, text=True).stdout
+
+
 for name, compiler, definitions, sentence in kMachines:
-    if compiler is None or shutil.which(compiler) is None:
+    if compiler is None or shutil.which(compiler) is None or (compiler == "clang++" and not compiles_for_powerpc()):
         print(f"skipped: {name}, which needs {compiler or 'g++ for x86'}")
         continue
     code, said = configure(compiler, definitions)

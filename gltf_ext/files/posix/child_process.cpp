@@ -327,7 +327,12 @@ Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std
 uint64_t peak_memory() {
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+#ifdef __APPLE__
+  constexpr uint64_t kUnit = 1;
+#else
+  constexpr uint64_t kUnit = 1024;
+#endif
+  return static_cast<uint64_t>(usage.ru_maxrss) * kUnit;
 }
 
 uint64_t machine_memory() {

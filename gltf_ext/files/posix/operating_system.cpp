@@ -54,8 +54,17 @@ Expected<bool> lock(int descriptor, int kind, const std::filesystem::path& path)
   return true;
 }
 
-// Some file systems cannot sync; they return EINVAL.
-bool sync_descriptor(int descriptor) { return ::fsync(descriptor) == 0 || errno == EINVAL; }
+// Some file systems cannot sync; they return EINVAL. On macOS, fsync leaves the data in the memory of the
+// drive.
+bool sync_descriptor(int descriptor) {
+#ifdef F_FULLFSYNC
+  if (::fcntl(descriptor, F_FULLFSYNC) != -1) return true;
+#endif
+  return ::fsync(descriptor) == 0 || errno == EINVAL;
+}
+
+// macOS refuses to read or write more than 2 GiB at once.
+constexpr size_t kMostAtOnce = size_t{1} << 30;
 
 std::string read_text(int descriptor) {
   char text[64];
@@ -75,8 +84,12 @@ void end_with_file_name(int signal_number, siginfo_t* info, void*) {
   const bool is_sent = info->si_code <= 0;  // by a process, not by the use of memory
   if (is_sent || range == nullptr) {
     ::sigaction(signal_number, &handler_before, nullptr);
-    if (is_sent) ::raise(signal_number);
-    return;  // the same use of memory raises the signal again
+    // The same use of memory raises the signal again. macOS does not say of a signal that it was sent.
+#ifndef __APPLE__
+    if (is_sent)
+#endif
+      ::raise(signal_number);
+    return;
   }
   print_in_handler("gltf-psplit: error: ");
   print_in_handler(range->name.load(std::memory_order_relaxed));
@@ -103,6 +116,18 @@ void install_handler() {
 }
 void uninstall_handler() { ::sigaction(SIGBUS, &handler_before, nullptr); }
 
+// Takes the space of a new file before it is used. The result is an errno. EINVAL and EOPNOTSUPP: a file system
+// that cannot.
+int take_space(int descriptor, off_t bytes) {
+#ifdef __APPLE__
+  fstore_t space{F_ALLOCATEALL, F_PEOFPOSMODE, 0, bytes, 0};
+  if (::fcntl(descriptor, F_PREALLOCATE, &space) == -1) return errno == ENOTSUP ? EOPNOTSUPP : errno;
+  return ::ftruncate(descriptor, bytes) == 0 ? 0 : errno;
+#else
+  return ::posix_fallocate(descriptor, 0, bytes);
+#endif
+}
+
 bool enter(std::span<const uint8_t> bytes, const std::filesystem::path& path) {
   return enter_mapped(bytes, path, nullptr, install_handler);
 }
@@ -125,7 +150,12 @@ bool counts_reserved_memory() {
 std::vector<char*> start_command(int argc, char** argv) { return {argv, argv + argc}; }
 
 std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
-  return std::fopen(path.c_str(), mode);
+  std::FILE* const file = std::fopen(path.c_str(), mode);
+#ifdef __APPLE__
+  // There a file of /dev/fd begins where the descriptor was last used. A pipe cannot be moved, and is left.
+  if (file != nullptr && mode[0] == 'r' && path.string().starts_with("/dev/fd/")) std::fseek(file, 0, SEEK_SET);
+#endif
+  return file;
 }
 
 std::FILE* open_temporary() { return std::tmpfile(); }
@@ -182,8 +212,7 @@ Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) 
   constexpr const char* kName = "a temporary file";
   if (bytes == 0) return std::span<uint8_t>();
   if (bytes > static_cast<uint64_t>(PTRDIFF_MAX)) return io_error("cannot map " + std::string(kName), EFBIG);
-  // The result is an errno. EINVAL and EOPNOTSUPP: a file system that cannot take space before it is used.
-  const int error = ::posix_fallocate(file.descriptor_, 0, static_cast<off_t>(bytes));
+  const int error = take_space(file.descriptor_, static_cast<off_t>(bytes));
   const bool is_sparse = error == EINVAL || error == EOPNOTSUPP;
   if ((error != 0 && !is_sparse) ||
       (is_sparse && ::ftruncate(file.descriptor_, static_cast<off_t>(bytes)) != 0))
@@ -409,7 +438,8 @@ Expected<UnnamedFile> UnnamedFile::create(const std::filesystem::path& folder) {
 
 Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t written =
+        ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), kMostAtOnce), static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const std::string what = "cannot write a temporary file in " + folder_.string();
@@ -423,7 +453,8 @@ Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
 
 Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
   while (!to.empty()) {
-    const ssize_t got = ::pread(descriptor_, to.data(), to.size(), static_cast<off_t>(offset));
+    const ssize_t got =
+        ::pread(descriptor_, to.data(), std::min(to.size(), kMostAtOnce), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0)
       return io_error("cannot read a temporary file in " + folder_.string(), got == 0 ? EIO : errno);
