@@ -155,7 +155,8 @@ Expected<fs::path> relative_path_of_uri(std::string_view uri, const fs::path& fo
   if (kind == UriKind::kUnknown) return invalid_input("a URI that names no file");
   const fs::path path = path_of_uri(uri, folder);
   if (kind == UriKind::kAbsolute || leaves_folder(path))
-    return invalid_input("the URI \"" + start + "\" leaves the asset's folder");
+    return unsupported("the URI \"" + start +
+                       "\" leaves the asset's folder; only files in or below it are read");
   return path;
 }
 

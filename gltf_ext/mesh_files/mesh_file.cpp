@@ -108,7 +108,7 @@ Expected<Document> document_from_mesh_file(MeshFile file) {
     std::erase_if(object.parts, [](const MeshFilePart& part) { return part.mesh.faces.empty(); });
     return object.parts.empty();
   });
-  if (file.objects.empty()) return unsupported("a point cloud: only triangles can be split");
+  if (file.objects.empty()) return unsupported("has no triangles");
   for (const MeshFileObject& object : file.objects)
     for (const MeshFilePart& part : object.parts)
       if (part.mesh.faces.size() > UINT32_MAX / 3)

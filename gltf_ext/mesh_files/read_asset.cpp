@@ -134,7 +134,7 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
     return asset_of(read_whole_file(scanner, *format, source, describe, decode_points));
   if (format) return read_mesh_file(scanner, *format, source, pool);
   if (Status status = scanner.failure(); !status.ok()) return status;
-  const std::string text = "no format that is read; " + asset_extensions_text() + " files are";
+  const std::string text = "a format that is not known; these are read: " + asset_extensions_text();
   return unsupported(text);
 }
 

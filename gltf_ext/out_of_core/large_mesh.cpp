@@ -43,7 +43,7 @@ Expected<LargeMesh> LargeMesh::open(MeshView view, std::span<const uint8_t> numb
     mesh.record_bytes_ += mesh.mesh_.attributes.back().values.value_bytes();
   }
   if (mesh.mesh_.point_count == UINT32_MAX) return unsupported("more points than 32 bits can count");
-  if (mesh.face_count() == 0) return unsupported("a point cloud: only triangles can be split");
+  if (mesh.face_count() == 0) return unsupported("has no triangles");
   Status status = mesh.measure_positions(positions);
   if (status.ok()) status = mesh.measure_faces();
   if (!status.ok()) return status;

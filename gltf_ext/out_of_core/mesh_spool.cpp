@@ -248,7 +248,7 @@ Status MeshSpool::replace_zero_normals() {
 
 Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
   if (Status status = flush_facets(); !status.ok()) return status;
-  if (face_count_ == 0) return unsupported("a point cloud: only triangles can be split");
+  if (face_count_ == 0) return unsupported("has no triangles");
   if (face_count_ > UINT32_MAX / 3) return unsupported("more faces than a glTF accessor can count");
   if (has_no_normals()) {
     say_no_normals(losses_);

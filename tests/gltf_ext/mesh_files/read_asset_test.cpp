@@ -59,7 +59,7 @@ TEST(ReadAsset, ContentTellsTheFormatWhateverTheName) {
 TEST(ReadAsset, TheNameDecidesWhereTheContentDoesNot) {
   EXPECT_EQ(read_text("hello", "a.txt").status().code(), StatusCode::kUnsupported);
   EXPECT_EQ(read_text("hello", "a.txt").status().message(),
-            "no format that is read; .gltf, .glb, .drc, .ply, .obj, .stl, .off files are");
+            "a format that is not known; these are read: .gltf, .glb, .drc, .ply, .obj, .stl, .off");
   EXPECT_EQ(message_of("hello", "a.ply"), "line 1: it does not begin with \"ply\"");
   EXPECT_EQ(message_of("hello", "a.STL.gz"), "STL: the file ends inside its header");
   for (const char* name : {"a.ply", "a.glb", "a", "-"}) EXPECT_EQ(message_of("", name), "the file is empty");

@@ -30,6 +30,13 @@ TEST_F(DecodeCommand, SaysWhatStockDracoCannotHold) {
   EXPECT_TRUE(contains(err_, "dropped 1 degenerate face"));
 }
 
+TEST_F(DecodeCommand, SaysIfLibdracoMayDecodeAStream) {
+  write("old.drc", std::string("DRACO\2\1\1\1\0\0", 11) + std::string(100, '\1'));
+  EXPECT_NE(run({"decode", path("old.drc"), path("plain.glb")}), 0);
+  EXPECT_EQ(contains(err_, "of bitstream 2.1, which is older"), !has_draco()) << err_;
+  EXPECT_EQ(contains(err_, "built without libdraco, which may decode it"), !has_draco()) << err_;
+}
+
 TEST_F(DecodeCommand, EveryBackendDecodesToTheSameBytes) {
   const std::string split = split_sample();
   const auto decoded = [&](const char* option, const char* value) {

@@ -160,7 +160,8 @@ TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
     if (command == std::string("compare") && !has_draco()) continue;
     std::vector<std::string> words = {command, path("cube.fbx")};
     if (command[0] == 'e' || command[0] == 'd') words.push_back(path("out.glb"));
-    fails(5, words, "cube.fbx: no format that is read; .gltf, .glb, .drc, .ply, .obj, .stl, .off");
+    fails(5, words,
+          "cube.fbx: a format that is not known; these are read: .gltf, .glb, .drc, .ply, .obj, .stl, .off");
   }
   // A file with the content of a glTF is read, whatever its name.
   std::filesystem::copy(sample(), path("asset.bin"));
@@ -178,7 +179,7 @@ TEST_F(CommandLine, PointCloudsAreUnsupported) {
   write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   for (const char* command : {"encode", "decode"})
     for (const char* name : {"none.ply", "zero.ply", "points.obj"}) {
-      fails(5, {command, path(name), path("out.glb")}, std::string(name) + ": a point cloud");
+      fails(5, {command, path(name), path("out.glb")}, std::string(name) + ": has no triangles");
       EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
     }
   fails(5, {"encode", path("cloud.drc"), path("out.glb")}, "cloud.drc: a point cloud");

@@ -84,6 +84,30 @@ TEST_F(Sameness, DifferencesHaveAnExitCodeAndAPlace) {
   EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "POSITION=1e-4"}), 0);
 }
 
+TEST_F(Sameness, NamesOfAttributesAreChecked) {
+  move_point("moved.glb", 100, 0.25f);
+  for (const std::string name : {"NORMALS", "FOO", "TEXCOORD", "TEXCOORD_", "COLOR_x", "NORMAL_0"}) {
+    EXPECT_EQ(compare("plain.glb", "split.glb", {"--attributes", name}), 1) << name;
+    EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", name + "=0.1"}), 1) << name;
+    EXPECT_TRUE(contains(err_, name)) << err_;
+  }
+  EXPECT_EQ(compare("plain.glb", "split.glb", {"--attributes", "NORMAL,_AREA,TEXCOORD_0"}), 0);
+  EXPECT_TRUE(contains(err_, "neither file has TEXCOORD_0")) << err_;
+  EXPECT_TRUE(contains(err_, "neither file has _AREA"));
+  EXPECT_FALSE(contains(err_, "neither file has NORMAL"));
+  EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "COLOR_0=0.1"}), 0);
+  EXPECT_TRUE(contains(err_, "neither file has COLOR_0"));
+}
+
+TEST_F(Sameness, WhereGridsAreMissingToleranceIsNamed) {
+  must_run({"decode", path("split.glb"), path("decoded.glb"), "-q"});
+  EXPECT_EQ(compare("plain.glb", "decoded.glb"), 7);
+  EXPECT_TRUE(contains(err_, "neither file declares a quantization grid")) << err_;
+  EXPECT_EQ(compare("plain.glb", "decoded.glb", {"--tolerance", "0"}), 7);
+  EXPECT_FALSE(contains(err_, "quantization grid"));
+  EXPECT_EQ(compare("plain.glb", "decoded.glb", {"--tolerance", "0.01"}), 0);
+}
+
 TEST_F(Sameness, ScenesAreComparedWhereTheirNodesAre) {
   Document document = must(read_document(path("plain.glb")));
   document.json()["nodes"][0]["translation"] = {0, 0, 1};

@@ -257,7 +257,9 @@ Status run_into_folder(const EncodeCommandArguments& arguments, const Session& s
   std::error_code error;
   if (!std::filesystem::is_directory(arguments.output, error) &&
       (arguments.output == "-" || is_asset_name(arguments.output))) {
-    if (arguments.inputs.size() > 1) return wrong_usage("several inputs need a folder for the outputs: -o DIR");
+    if (arguments.inputs.size() > 1)
+      return wrong_usage(
+          "several inputs need a folder for the outputs: -o DIR. With -o, all other words are inputs");
     return io_failure("may be several assets: they need a folder for the outputs, -o DIR",
                       {.file = arguments.input});
   }

@@ -17,6 +17,8 @@
 namespace psplit {
 namespace {
 
+constexpr const char* kWithoutDraco = "this gltf-psplit was built without libdraco";
+
 // Uses CUDA if there is a device and enough work for it, the CPU for what CUDA does not decode, and libdraco
 // for what neither decodes, if it is there: streams of versions before 2.2. Looks for a device only once there
 // is enough work.
@@ -102,7 +104,7 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
 }
 
 std::string refuse_missing_draco(const std::string& name) {
-  return name == "draco" && !has_draco() ? "this gltf-psplit was built without libdraco" : "";
+  return name == "draco" && !has_draco() ? kWithoutDraco : "";
 }
 
 DecodeBackend find_backend(const BackendChoice& choice) {
@@ -114,11 +116,12 @@ DecodeBackend find_backend(const BackendChoice& choice) {
 DescribeStream find_describer(const std::string& name) {
   if (name == "cpu") return describe_stream;
   if (name == "draco") return describe_draco_stream;
-  return [](std::span<const uint8_t> stream) {
+  return [](std::span<const uint8_t> stream) -> Expected<StreamDescription> {
     Expected<StreamDescription> description = describe_stream(stream);
-    if (description || description.status().code() != StatusCode::kUnsupported || !has_draco())
-      return description;
-    return describe_draco_stream(stream);
+    if (description || description.status().code() != StatusCode::kUnsupported) return description;
+    if (has_draco()) return describe_draco_stream(stream);
+    const Status& status = description.status();
+    return unsupported(status.message() + "; " + kWithoutDraco + ", which may decode it");
   };
 }
 

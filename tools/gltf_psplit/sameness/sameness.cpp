@@ -1,8 +1,12 @@
 #include "tools/gltf_psplit/sameness/sameness.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <optional>
+#include <set>
+#include <span>
 
+#include "gltf_ext/compare/column_limits.h"
 #include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/files/float_text.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -17,6 +21,18 @@
 namespace psplit {
 namespace {
 
+// Whether glTF allows the name. A misspelt one would hide differences.
+bool is_attribute_name(std::string_view name) {
+  constexpr std::string_view kKinds[] = {"POSITION", "NORMAL",  "TANGENT", "TEXCOORD_",
+                                         "COLOR_",   "JOINTS_", "WEIGHTS_"};
+  const std::string kind = kind_of(std::string(name));
+  return kind.starts_with('_') || std::ranges::any_of(kKinds, [&](std::string_view known) {
+           const std::string_view set = std::string_view(kind).substr(std::min(known.size(), kind.size()));
+           const bool is_number = std::ranges::all_of(set, [](char c) { return c >= '0' && c <= '9'; });
+           return kind.starts_with(known) && is_number && set.empty() != known.ends_with('_');
+         });
+}
+
 // "1e-4", or "NORMAL=0.01".
 struct StatedTolerance {
   std::string attribute;
@@ -30,7 +46,26 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto read = read_float(begin, end, tolerance.share);
   const bool valid = read.ec == std::errc() && read.ptr == end && tolerance.share >= 0 && tolerance.share <= 1;
-  return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
+  const bool is_named = equals != std::string::npos;
+  return valid && (!is_named || is_attribute_name(tolerance.attribute)) ? std::optional(tolerance)
+                                                                        : std::nullopt;
+}
+
+// An attribute that the options name may be missing in some of many assets.
+void warn_of_missing_attributes(const CompareRules& rules, std::span<const AssetMeshes, 2> meshes,
+                                const Log& log) {
+  std::set<std::string> present;
+  for (const AssetMeshes& side : meshes)
+    for (const AssetPrimitive& primitive : side.primitives)
+      for (const MeshView::Values& attribute : primitive.view.attributes) {
+        present.insert(attribute.semantic);
+        present.insert(kind_of(attribute.semantic));
+      }
+  std::set<std::string> named(rules.attributes.begin(), rules.attributes.end());
+  for (const auto& [attribute, share] : rules.tolerances)
+    if (!attribute.empty()) named.insert(attribute);
+  for (const std::string& attribute : named)
+    if (!present.contains(attribute)) log.warning("neither file has " + attribute);
 }
 
 void log_what_is_not_compared(const AssetComparison& comparison, const std::string& first,
@@ -66,7 +101,9 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
                   "Default: as much as the quantization grids that the files declare allow")
       ->check([](const std::string& text) {
         return std::string(parse_tolerance(text) ? ""
-                                                 : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
+                                                 : text +
+                                                       " is neither a number from 0 to 1 nor NAME=NUMBER, "
+                                                       "where NAME is an attribute of glTF");
       })
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -75,6 +112,10 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   command
       .add_option("--attributes", options.attributes,
                   "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
+      ->check([](const std::string& name) {
+        return is_attribute_name(name) ? std::string()
+                                       : name + " is no attribute of glTF, such as NORMAL, TEXCOORD_0 or _AREA";
+      })
       ->delimiter(',')
       ->allow_extra_args(false)
       ->needs(second)
@@ -117,6 +158,7 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     if (!placed) return placed.status().at({.file = inputs[side]});
     meshes[side] = *placed;
   }
+  warn_of_missing_attributes(rules, meshes, session.log);
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);
     return compare_assets(meshes[0], meshes[1], rules, {session.pool, fits ? 0 : limit.bytes});
@@ -127,6 +169,13 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
   if (Status status = write_text(output, text, session.if_read_only()); !status.ok()) return status;
   log_what_is_not_compared(*comparison, first, options.second, session.log);
   if (comparison->same()) return {};
+  const bool has_grids = std::ranges::any_of(meshes, [](const AssetMeshes& side) {
+    return std::ranges::any_of(side.primitives, [](const AssetPrimitive& p) { return !p.grids.empty(); });
+  });
+  if (!has_grids && rules.tolerances.empty() && comparison->a.alone + comparison->b.alone > 0)
+    session.log.note(
+        "neither file declares a quantization grid, as a decoded file does not, so values must be equal; "
+        "--tolerance lets them differ");
   return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
 }
 
