@@ -154,7 +154,7 @@ void add_staging_options(CLI::App& command, StagingCommands& staging) {
   add_word_option(command, "--fetch", staging.fetch, "CMD",
                   "Shell command that brings input $1 to file $2, and also the files below its folder that it "
                   "refers to: buffers, materials, textures. It is not tried again if it exits with 66 (no "
-                  "such input) or 77 (no permission)")
+                  "such input) or 77 (no permission). Needs --manifest")
       ->group(group);
   add_word_option(command, "--store", staging.store, "CMD",
                   "Shell command that takes file $1 away as output $2. The same exit codes")

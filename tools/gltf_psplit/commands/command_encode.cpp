@@ -308,7 +308,9 @@ void add_inputs(CLI::App& command, EncodeCommandArguments& arguments) {
   add_output_option(command, arguments.output);
   CLI::Option* output = command.get_option("--output");
   output->required(false)->description(output->get_description() +
-                                       "; or a folder for all outputs, as batch writes them");
+                                       "; or a folder for all outputs, as batch writes them. A file of this "
+                                       "name is replaced, whatever it is: where a folder has two files, "
+                                       "`encode *.glb` without -o replaces the second");
 }
 
 // All words are inputs. Without -o, the last of two is the output.
@@ -329,10 +331,11 @@ void add_memory_options(CLI::App& command, EncodeCommandArguments& arguments) {
   constexpr const char* kGroup = "Memory";
   CLI::Option* memory =
       add_size_option(command, "--memory", arguments.memory,
-                      "Take at most SIZE of memory, such as 4GB. A PLY or STL file, an OBJ of one material, or "
-                      "a plain primitive of "
-                      "glTF, that needs more is read into temporary files and encoded part by part. All else "
-                      "must fit. Inputs that are not files, such as pipes, are put into temporary files")
+                      "Take at most SIZE of memory, such as 4GB, but at least " +
+                          std::to_string(kLeastMemory >> 20) +
+                          "MiB. A PLY or STL file, an OBJ of one material, or a plain primitive of glTF, that "
+                          "needs more is read into temporary files and encoded part by part. All else must "
+                          "fit. Inputs that are not files, such as pipes, are put into temporary files")
           ->group(kGroup);
   add_temporary_option(command, arguments.temporary)->needs(memory);
 }

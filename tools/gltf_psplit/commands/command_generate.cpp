@@ -204,7 +204,7 @@ void add_generate_command(CLI::App& app, Action& action) {
       ->type_name("S");
   command.add_flag("--normals", arguments->options.normals, "Add normals");
   command.add_flag("--texcoords", arguments->options.texcoords,
-                   "Add texture coordinates, in several charts with seams");
+                   "Add texture coordinates, in several charts with seams. Not for a .ply");
   add_examples(command,
                {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a ball of a million faces"},
                 {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb",

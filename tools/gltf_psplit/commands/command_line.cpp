@@ -54,9 +54,11 @@ void add_force_option(CLI::App& command, bool& force) {
   if (output == nullptr) return;
   // Reports and pictures never replace an input.
   const bool makes_asset = output->get_positional() && command.get_option_no_throw("IN") != nullptr;
-  command.add_flag("-f,--force", force,
-                   makes_asset ? "Replace the output even if it is the input, or read-only"
-                               : "Replace the output even if it is read-only");
+  command.add_flag(
+      "-f,--force", force,
+      makes_asset ? "Replace the output even if it is a file of the input, or read-only. Any other file of "
+                    "that name is replaced without this option"
+                  : "Replace the output even if it is read-only");
 }
 
 // "/home/someone/dragon.ply" becomes "dragon.ply", and "--output=../page.html" becomes "--output=page.html":

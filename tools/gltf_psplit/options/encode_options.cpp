@@ -42,9 +42,9 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
       "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
       "30000 faces for larger primitives. size: at most 4 patches of a primitive, the smallest of Draco's "
       "predictions for each attribute of a patch, unless --encode-speed is given, and with --condense "
-      "the smallest coding. speed: patches of "
-      "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
-      "override the profile");
+      "the smallest coding; it takes longer to encode and to decode. speed: patches of 4800 faces, of "
+      "primitives of any size, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
+      "override the number of patches");
   command
       .add_option("--gpu", arguments.gpu,
                   "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors")
@@ -261,10 +261,9 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
           "--max-error",
           [&options](const std::string& text) { options.max_position_error = *parse_length(text); },
           "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, "
-          "20um, 1cm, 0.1m, or a "
-          "number in the units of the input, which are metres in glTF. It counts in the mesh's own "
-          "coordinates, "
-          "before the transforms of nodes")
+          "20um, 1cm, 0.1m, or a number in the units of the input. A length with a unit takes those of the "
+          "input to be metres, as they are in glTF: for a PLY, STL or OBJ in millimetres, write 0.5 for 0.5 "
+          "mm. It counts in the mesh's own coordinates, before the transforms of nodes")
       ->check([](const std::string& text) {
         return parse_length(text) ? std::string() : text + " is not a length, such as 0.5mm, 20um or 0.001";
       })
@@ -330,14 +329,16 @@ void add_partition_options(CLI::App& command, EncodeDocumentOptions& options) {
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches = add_count_option(command, "--patches", options.patches.count,
-                                          "Number of patches, over all primitives together");
+  CLI::Option* patches = add_count_option(
+      command, "--patches", options.patches.count,
+      "Number of patches, over all primitives together. Separate pieces that are smaller than a "
+      "patch may make a few more");
   CLI::Option* patch_faces =
       add_count_option(command, "--patch-faces", options.patches.faces, "Cut patches of about N faces each")
           ->excludes(patches);
   add_count_option(command, "--min-faces", options.patches.min_faces,
                    "Do not split primitives of fewer faces. Default: " + std::to_string(kMinFaces) +
-                       "; with --patches or --patch-faces, split primitives of any size");
+                       "; with --patches, --patch-faces or --profile speed, split primitives of any size");
   command.add_flag("--always-patches", options.patches.always,
                    "Use PSPLIT_mesh_draco_patches also for primitives that are not split, instead of "
                    "KHR_draco_mesh_compression");
