@@ -97,9 +97,7 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   TemporaryFile temporary(*target);
   if (temporary.is_open() && replaces) copy_permissions(*target, temporary.file());
   if (!temporary.is_open() || !write_whole(temporary.file())) return failure("write", path, errno);
-  if (const std::error_code renamed = temporary.rename_to(*target); renamed)
-    return failure("write", path, renamed);
-  return {};
+  return temporary.rename_to(*target).at({.file = path.string()});
 }
 
 Expected<fs::path> follow_links(const fs::path& path) {

@@ -29,10 +29,9 @@ std::FILE* open_file(const std::filesystem::path& path, const char* mode);
 // std::tmpfile, for users of any permissions.
 std::FILE* open_temporary();
 
-// Renames a file, which may be open, also if `to` exists. A system that cannot replace a file that is in use
-// gives it the name `aside`, and removes it once it is free, at the latest in remove_if_unlocked.
-std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
-                             const std::filesystem::path& aside);
+// Renames a file, which may be open, also if `to` exists and is in use. Errors: those of io_error; kMayPass if
+// another process keeps the file from being replaced. Then `to` is as it was, or the message tells its name.
+Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to);
 // Gives a file a name that no file has; errc::file_exists if one has it. The old name may stay beside it.
 std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 

@@ -130,11 +130,10 @@ std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
 
 std::FILE* open_temporary() { return std::tmpfile(); }
 
-std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
-                             const std::filesystem::path&) {
+Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);
-  return error;
+  return error ? io_error("cannot write", error) : Status();
 }
 
 std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
