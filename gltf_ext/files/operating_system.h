@@ -28,6 +28,17 @@ std::vector<char*> start_command(int argc, char** argv);
 std::FILE* open_file(const std::filesystem::path& path, const char* mode);
 // std::tmpfile, for users of any permissions.
 std::FILE* open_temporary();
+// std::fseek for every offset. False after an error, with its errno.
+bool seek_to(std::FILE* file, uint64_t offset);
+
+// What a path leads to, as std::filesystem::status tells it, but the names of devices that a folder of Windows
+// does not show, such as NUL and COM1, are character devices.
+std::filesystem::file_type file_type_at(const std::filesystem::path& path);
+inline bool is_disk_file(const std::filesystem::path& path) {
+  return file_type_at(path) == std::filesystem::file_type::regular;
+}
+// What an error of a path says if the path may be longer than the system takes: "; ..." or nothing.
+std::string length_hint(const std::filesystem::path& path);
 
 // Renames a file, which may be open, also if `to` exists and is in use. Errors: those of io_error; kMayPass if
 // another process keeps the file from being replaced. Then `to` is as it was, or the message tells its name.

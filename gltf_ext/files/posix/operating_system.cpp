@@ -130,6 +130,17 @@ std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
 
 std::FILE* open_temporary() { return std::tmpfile(); }
 
+bool seek_to(std::FILE* file, uint64_t offset) {
+  return ::fseeko(file, static_cast<off_t>(offset), SEEK_SET) == 0;
+}
+
+std::filesystem::file_type file_type_at(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::status(path, error).type();
+}
+
+std::string length_hint(const std::filesystem::path&) { return ""; }
+
 Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);

@@ -342,6 +342,29 @@ std::FILE* open_temporary() {
   return stream_of(create_unnamed(folder), "w+b");
 }
 
+bool seek_to(std::FILE* file, uint64_t offset) {
+  return ::_fseeki64(file, static_cast<int64_t>(offset), SEEK_SET) == 0;
+}
+
+fs::file_type file_type_at(const fs::path& path) {
+  std::wstring whole(32768, L'\0');
+  const auto room = static_cast<DWORD>(whole.size());
+  whole.resize(std::min(::GetFullPathNameW(path.c_str(), room, whole.data(), nullptr), room));
+  if (whole.starts_with(L"\\\\.\\")) return fs::file_type::character;
+  std::error_code error;
+  return fs::status(path, error).type();
+}
+
+std::string length_hint(const fs::path& path) {
+  constexpr size_t kMost = 247;  // characters of a folder; files have some more
+  std::error_code error;
+  if (fs::absolute(path, error).wstring().size() <= kMost) return "";
+  const FARPROC found = ::GetProcAddress(::GetModuleHandleW(L"ntdll.dll"), "RtlAreLongPathsEnabled");
+  const auto are_long_paths_enabled = reinterpret_cast<BOOLEAN(WINAPI*)()>(reinterpret_cast<void*>(found));
+  if (are_long_paths_enabled != nullptr && are_long_paths_enabled() != 0) return "";
+  return "; Windows takes so long a path only if LongPathsEnabled is set in its registry";
+}
+
 Status replace_file(const fs::path& from, const fs::path& to) {
   const DWORD before = ::GetFileAttributesW(to.c_str());
   const bool exists = before != INVALID_FILE_ATTRIBUTES;

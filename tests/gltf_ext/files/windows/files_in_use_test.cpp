@@ -84,5 +84,17 @@ TEST_F(FilesInUse, WithoutANameHaveOneThatIsRemoved) {
   EXPECT_EQ(file_count(), 1) << "it is locked";
 }
 
+TEST_F(FilesInUse, DevicesAreNoFiles) {
+  for (const char* name : {"NUL", "CON", "com1", "AUX.bin"}) {
+    EXPECT_FALSE(is_disk_file(name)) << name;
+    EXPECT_EQ(file_type_at(name), fs::file_type::character) << name;
+  }
+  EXPECT_TRUE(write_file("NUL", {bytes_}).ok());
+  ASSERT_TRUE(write_file(file_, {bytes_}).ok());
+  EXPECT_TRUE(is_disk_file(file_));
+  EXPECT_EQ(file_type_at(folder_), fs::file_type::directory);
+  EXPECT_EQ(file_type_at(folder_ / "none"), fs::file_type::not_found);
+}
+
 }  // namespace
 }  // namespace psplit

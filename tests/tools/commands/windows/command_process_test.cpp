@@ -11,6 +11,7 @@
 #include "gltf_ext/json/json.h"
 #include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 
 namespace psplit {
@@ -144,6 +145,29 @@ TEST_F(CommandProcess, CtrlBreakEndsItWithTheCodeOfWhatMayPass) {
   CloseHandle(writer);
 }
 
+TEST_F(CommandProcess, DevicesAreNoBuffers) {
+  for (const char* name : {"CON", "AUX", "COM1", "com1.bin", "NUL"}) {
+    write("a.gltf", std::string(R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": ")") +
+                        name + "\"}]}");
+    EXPECT_EQ(run_process({"encode", path("a.gltf"), path("b.glb")}), exit_code(StatusCode::kIo)) << name;
+    EXPECT_TRUE(contains(err_, "no file")) << err_;
+  }
+}
+
+TEST_F(CommandProcess, TheMemoryOfAPipeIsEstimated) {
+  std::string text;
+  for (int i = 0; i < 3000; ++i) text += "v " + std::to_string(i) + " 0 1\n";
+  for (int i = 1; i < 2999; ++i) text += "f 1 " + std::to_string(i + 1) + " " + std::to_string(i + 2) + "\n";
+  write("a.obj", text);
+  UnnamedFile file = must(UnnamedFile::create(folder_.path()));
+  must(file.write(0, {reinterpret_cast<const uint8_t*>(text.data()), text.size()}));
+  const auto estimate = [](const std::string& name, uint64_t bytes) {
+    return estimate_memory(name, BatchVerb::kEncode, "a.obj", false, bytes);
+  };
+  EXPECT_EQ(estimate(file.path().string(), text.size()), estimate(path("a.obj"), 0));
+  EXPECT_GT(estimate(path("a.obj"), 0), estimate(path("none.obj"), 0));
+}
+
 class BatchProcess : public CommandProcess {
  protected:
   // Assets that take a while.
@@ -212,7 +236,7 @@ TEST_F(BatchProcess, CommandsBringAndTakeFiles) {
   };
   const int without_input = bring_by("exit /b 66");
   const std::string reason = err_;
-  const int code = bring_by("copy /b %1 %2");
+  const int code = bring_by("copy /b \"%1\" \"%2\"");
   fs::current_path(before);
   EXPECT_EQ(without_input, exit_code(StatusCode::kIo)) << reason;
   EXPECT_TRUE(contains(reason, "--fetch failed: exit code 66"));
