@@ -37,6 +37,12 @@ std::filesystem::file_type file_type_at(const std::filesystem::path& path);
 inline bool is_disk_file(const std::filesystem::path& path) {
   return file_type_at(path) == std::filesystem::file_type::regular;
 }
+// Whether ** of a pattern goes into what is at a path: a folder that is not hidden. Links may form cycles.
+bool is_searched_folder(const std::filesystem::path& path);
+// A name as the file system compares it: two names of one file become the same. On Windows, case does not
+// count, nor do dots and spaces at the end of a part.
+std::string name_to_compare(const std::string& name);
+
 // What an error of a path says if the path may be longer than the system takes: "; ..." or nothing.
 std::string length_hint(const std::filesystem::path& path);
 
@@ -62,7 +68,7 @@ bool sync_to_disk(std::FILE* file);
 Status sync_to_disk(const std::filesystem::path& folder);
 
 // Whether a file name matches a pattern of *, ? and []. A pattern that begins with one of these matches no
-// hidden file.
+// file whose name begins with a dot.
 bool matches_pattern(const std::string& name, const std::string& pattern);
 
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.

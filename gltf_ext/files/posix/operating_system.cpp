@@ -139,6 +139,13 @@ std::filesystem::file_type file_type_at(const std::filesystem::path& path) {
   return std::filesystem::status(path, error).type();
 }
 
+bool is_searched_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  return !path.filename().string().starts_with('.') &&
+         std::filesystem::is_directory(std::filesystem::symlink_status(path, error));
+}
+
+std::string name_to_compare(const std::string& name) { return name; }
 std::string length_hint(const std::filesystem::path&) { return ""; }
 
 Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to) {

@@ -217,6 +217,26 @@ SystemHandle create_unnamed(const fs::path& folder) {
   return nullptr;
 }
 
+// The names of the file system do not tell upper case from lower case.
+std::string upper_case(std::string_view text) {
+  const std::wstring from = wide(text);
+  std::wstring to(from.size(), L'\0');
+  const int size = static_cast<int>(from.size());
+  if (size > 0)
+    ::LCMapStringEx(LOCALE_NAME_INVARIANT, LCMAP_UPPERCASE, from.data(), size, to.data(), size, nullptr,
+                    nullptr, 0);
+  return utf8(to);
+}
+
+// The tag of what is at a path if it is a link or another reparse point; otherwise 0.
+DWORD reparse_tag(const fs::path& path) {
+  WIN32_FIND_DATAW found{};
+  const HANDLE search = ::FindFirstFileW(path.c_str(), &found);
+  if (search == INVALID_HANDLE_VALUE) return 0;
+  ::FindClose(search);
+  return (found.dwFileAttributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0 ? found.dwReserved0 : 0;
+}
+
 // Scanners and clients of storages open files for moments, in which they cannot be renamed. Tries for a while,
 // and returns the last error, or 0.
 template <typename Rename>
@@ -355,6 +375,29 @@ fs::file_type file_type_at(const fs::path& path) {
   return fs::status(path, error).type();
 }
 
+bool is_searched_folder(const fs::path& path) {
+  constexpr DWORD kHidden = FILE_ATTRIBUTE_HIDDEN | FILE_ATTRIBUTE_SYSTEM;  // as $RECYCLE.BIN is
+  const DWORD attributes = ::GetFileAttributesW(path.c_str());
+  if (attributes == INVALID_FILE_ATTRIBUTES || (attributes & FILE_ATTRIBUTE_DIRECTORY) == 0 ||
+      (attributes & kHidden) == kHidden || path.filename().string().starts_with('.'))
+    return false;
+  const DWORD tag = reparse_tag(path);  // folders of storages have other tags
+  return tag != IO_REPARSE_TAG_MOUNT_POINT && tag != IO_REPARSE_TAG_SYMLINK;
+}
+
+std::string name_to_compare(const std::string& name) {
+  std::string text;
+  for (size_t at = 0; at <= name.size();) {
+    const size_t end = std::min(name.find_first_of("/\\", at), name.size());
+    const std::string part = name.substr(at, end - at);
+    const size_t last = part.find_last_not_of(". ");
+    text += part == "." || part == ".." ? part : part.substr(0, last + 1);
+    if (end < name.size()) text += '/';
+    at = end + 1;
+  }
+  return upper_case(text);
+}
+
 std::string length_hint(const fs::path& path) {
   constexpr size_t kMost = 247;  // characters of a folder; files have some more
   std::error_code error;
@@ -486,7 +529,7 @@ Status sync_to_disk(const fs::path&) { return {}; }
 
 bool matches_pattern(const std::string& name, const std::string& pattern) {
   const bool shows_hidden = pattern.starts_with('.');
-  return (shows_hidden || !name.starts_with('.')) && matches(name, pattern);
+  return (shows_hidden || !name.starts_with('.')) && matches(upper_case(name), upper_case(pattern));
 }
 
 StopEndsProcess::StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, TRUE); }

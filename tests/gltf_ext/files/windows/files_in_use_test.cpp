@@ -96,5 +96,24 @@ TEST_F(FilesInUse, DevicesAreNoFiles) {
   EXPECT_EQ(file_type_at(folder_ / "none"), fs::file_type::not_found);
 }
 
+TEST_F(FilesInUse, NamesOfOneFileAreTheSame) {
+  EXPECT_EQ(name_to_compare("a/B. .glb"), name_to_compare("A\\b. .GLB"));
+  EXPECT_EQ(name_to_compare("x. /gr\xC3\xBC.glb."), name_to_compare("X/GR\xC3\x9C.glb"));
+  EXPECT_EQ(name_to_compare("../A"), "../A");
+  EXPECT_NE(name_to_compare("a.glb"), name_to_compare("b.glb"));
+  EXPECT_TRUE(matches_pattern("a.GLB", "*.glb"));
+  EXPECT_TRUE(matches_pattern("B.glb", "[a-c].*"));
+}
+
+TEST_F(FilesInUse, SystemFoldersAreNotSearched) {
+  const fs::path folder = folder_ / "bin";
+  fs::create_directory(folder);
+  EXPECT_TRUE(is_searched_folder(folder));
+  EXPECT_FALSE(is_searched_folder(folder_ / "none"));
+  SetFileAttributesW(folder.c_str(), FILE_ATTRIBUTE_HIDDEN | FILE_ATTRIBUTE_SYSTEM);
+  if ((GetFileAttributesW(folder.c_str()) & FILE_ATTRIBUTE_SYSTEM) == 0) GTEST_SKIP() << "no such attribute";
+  EXPECT_FALSE(is_searched_folder(folder));
+}
+
 }  // namespace
 }  // namespace psplit

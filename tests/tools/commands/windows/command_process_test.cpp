@@ -215,6 +215,30 @@ TEST_F(BatchProcess, StopsAtCtrlBreakAndGoesOn) {
   EXPECT_EQ(run_process(words()), 0) << err_;
 }
 
+TEST_F(BatchProcess, NamesThatDifferInCaseAreTheSame) {
+  for (const char* name : {"in/a.glb", "in/A.ply"}) write(name, "");
+  const auto refuses = [&](const std::vector<std::string>& more, const std::string& what) {
+    std::vector<std::string> given = {"batch"};
+    given.insert(given.end(), more.begin(), more.end());
+    fails(exit_code(StatusCode::kUsage), given, what);
+  };
+  refuses({path("in"), "-o", path("out")}, "would both become");
+  refuses({path("in/*.GLB"), "-o", path("IN")}, "which is for the outputs");
+  refuses({path("in/a.glb"), path("in/A.ply"), "-o", path("Out")}, "would both become");
+  refuses({path("in/*.Glb"), "-o", path("out"), "--report", path("OUT/A.glb")}, "--report would replace");
+  write("plan.jsonl", R"({"input": "in/a.glb", "name": "x.glb"})"
+                      "\n"
+                      R"({"input": "in/A.ply", "name": "X.glb"})"
+                      "\n");
+  fails(exit_code(StatusCode::kUsage), {"batch", "--manifest", path("plan.jsonl"), "-o", path("out"), "-q"},
+        "another asset of the manifest has the same name");
+}
+
+TEST_F(BatchProcess, InputsOfTwoDrivesHaveNoCommonFolder) {
+  fails(exit_code(StatusCode::kUsage), {"batch", "C:\\a.glb", "Z:\\b.glb", "-o", path("out")},
+        "no folder in common");
+}
+
 TEST_F(BatchProcess, AnAssetThatIsLateIsGivenUp) {
   generate(1);
   std::vector<std::string> hasty = words();
