@@ -100,6 +100,17 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   return temporary.rename_to(*target).at({.file = path.string()});
 }
 
+Status make_folders(const fs::path& folder) {
+  std::error_code error;
+  // Without the drive, std::filesystem would name another cause.
+  if (const fs::path root = folder.root_path(); !root.empty() && !fs::exists(root, error))
+    return io_error("cannot make the folder " + folder.string(), ENOENT);
+  fs::create_directories(folder, error);
+  if (!error) return {};
+  const Status status = io_error("cannot make the folder " + folder.string(), error);
+  return {status.code(), status.message() + length_hint(folder)};
+}
+
 Expected<fs::path> follow_links(const fs::path& path) {
   constexpr int kMostLinks = 40;  // as in Linux
   fs::path target = path;

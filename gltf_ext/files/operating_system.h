@@ -57,9 +57,9 @@ std::error_code rename_to_new(const std::filesystem::path& from, const std::file
 // meanwhile.
 std::FILE* create_locked(const std::filesystem::path& path);
 
-// Removes a file that no process has locked. The file stays if it cannot be locked. Calls `before` while it
-// holds the lock.
-void remove_if_unlocked(const std::filesystem::path& path, const std::function<void()>& before = {});
+// Removes a file that no process has locked. The file stays if it cannot be locked, or if `before`, which is
+// called while the lock is held, returns false.
+void remove_if_unlocked(const std::filesystem::path& path, const std::function<bool()>& before = {});
 
 // Writes the file's data to the disk, so that it survives a power failure. False after an error, with its
 // errno.

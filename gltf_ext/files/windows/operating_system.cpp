@@ -509,12 +509,11 @@ std::FILE* create_locked(const fs::path& path) {
   return stream_of(std::move(handle), "wb");
 }
 
-void remove_if_unlocked(const fs::path& path, const std::function<void()>& before) {
+void remove_if_unlocked(const fs::path& path, const std::function<bool()>& before) {
   const SystemHandle handle =
       open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING, FILE_FLAG_OPEN_REPARSE_POINT);
   if (handle == nullptr || !try_lock(handle.get(), false)) return;
-  if (before) before();
-  ::DeleteFileW(path.c_str());
+  if (!before || before()) ::DeleteFileW(path.c_str());
 }
 
 bool sync_to_disk(std::FILE* file) {

@@ -115,5 +115,11 @@ TEST_F(FilesInUse, SystemFoldersAreNotSearched) {
   EXPECT_FALSE(is_searched_folder(folder));
 }
 
+TEST_F(FilesInUse, FoldersOfNoDriveAreNotMade) {
+  const Status status = make_folders("Q:\\a\\b");
+  EXPECT_EQ(status.code(), StatusCode::kIo);
+  EXPECT_TRUE(contains(status.message(), "No such file")) << status.message();
+}
+
 }  // namespace
 }  // namespace psplit

@@ -8,6 +8,7 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json.h"
 #include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
@@ -260,12 +261,44 @@ TEST_F(BatchProcess, CommandsBringAndTakeFiles) {
   };
   const int without_input = bring_by("exit /b 66");
   const std::string reason = err_;
-  const int code = bring_by("copy /b \"%1\" \"%2\"");
+  // What is read-only is removed at the end, too.
+  const int code = bring_by("copy /b \"%1\" \"%2\" && attrib +r \"%2\"");
   fs::current_path(before);
   EXPECT_EQ(without_input, exit_code(StatusCode::kIo)) << reason;
   EXPECT_TRUE(contains(reason, "--fetch failed: exit code 66"));
   EXPECT_EQ(code, 0) << err_;
   EXPECT_EQ(run_process({"validate", path("far/x & y.glb")}), 0) << err_;
+  for (const auto& entry : fs::directory_iterator(path("done/.gltf-psplit-batch")))
+    EXPECT_FALSE(contains(entry.path().string(), "staged")) << entry.path();
+}
+
+TEST_F(BatchProcess, InputsMayHaveNamesThatOutputsMayNot) {
+  generate(1);
+  write("plan.jsonl", R"({"input": "https://far/x.glb?part=1:2", "name": "x.glb"})"
+                      "\n");
+  EXPECT_EQ(run_process({"batch", "--manifest", path("plan.jsonl"), "-o", path("done"), "-q", "--fetch",
+                         "copy /b " + path("in/0.glb") + " %2"}),
+            0)
+      << err_;
+  EXPECT_EQ(run_process({"validate", path("done/x.glb")}), 0) << err_;
+  write("plan.jsonl",
+        R"({"input_uri": ")" + percent_encode(path("in/0.glb")) + R"(", "name": "Aux.glb"})" + "\n");
+  EXPECT_EQ(run_process({"batch", "--manifest", path("plan.jsonl"), "-o", path("done"), "-q"}),
+            exit_code(StatusCode::kUsage));
+  EXPECT_TRUE(contains(err_, "has the name of a device"));
+}
+
+TEST_F(BatchProcess, FilesBesideAnInputAreFetchedFromItsFolder) {
+  write("far/x/a.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "b/a.bin"}]})");
+  write("far/x/b/a.bin", "abcd");
+  write("plan.jsonl", R"({"input": "far\\x\\a.gltf", "name": "a.glb"})"
+                      "\n");
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_.path());
+  const int code =
+      run_process({"batch", "--manifest", "plan.jsonl", "-o", "done", "-q", "--fetch", "copy /b %1 %2"});
+  fs::current_path(before);
+  EXPECT_EQ(code, 0) << err_;
 }
 
 }  // namespace
