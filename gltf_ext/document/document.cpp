@@ -10,6 +10,7 @@
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
@@ -69,7 +70,7 @@ Expected<Buffer> buffer_of(Expected<T> bytes) {
 
 Expected<Buffer> load_file(const std::filesystem::path& path, uint64_t limit, FileAccess access) {
   std::error_code error;
-  if (access == FileAccess::kMap && path != "-" && std::filesystem::is_regular_file(path, error) &&
+  if (access == FileAccess::kMap && path != "-" && is_disk_file(path) &&
       std::filesystem::file_size(path, error) >= kMappedBytes && !error)
     return buffer_of(MappedFile::open(path, limit));
   return buffer_of(read_file(path, limit));
@@ -99,8 +100,7 @@ Expected<Buffer> load_uri(Document& document, const std::string& uri, uint64_t b
   if (!relative) return relative.status();
   const std::filesystem::path path = document.source.parent_path() / *relative;
   // Regular files only: a pipe or a device named by an asset could block or never end.
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
+  if (!is_disk_file(path)) return io_failure("no file " + path.string());
   document.files.push_back(path);
   return load_file(path, bytes, access);
 }

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 
@@ -21,7 +22,7 @@ ImageBytes image_bytes(const Json& json, const std::filesystem::path& folder) {
       const std::filesystem::path name = is_data_uri(*uri) ? "" : path_of_uri(*uri, folder);
       if (is_data_uri(*uri) || !names.insert(name).second) continue;
       std::error_code error;
-      const bool exists = std::filesystem::is_regular_file(folder / name, error);
+      const bool exists = is_disk_file(folder / name);
       const uint64_t file_bytes = exists ? std::filesystem::file_size(folder / name, error) : 0;
       if (exists && !error)
         bytes.in_files += file_bytes;

@@ -1,5 +1,6 @@
 #include "gltf_ext/document/linked_files.h"
 
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 
@@ -20,8 +21,7 @@ LinkedFile follow(const Document& document, std::string place, int64_t image, co
   link.relative = path_of_uri(uri, folder);
   link.path = folder / link.relative;
   link.leaves_folder = leaves_folder(link.relative);
-  std::error_code error;
-  link.state = fs::is_regular_file(link.path, error) ? LinkState::kFound : LinkState::kMissing;
+  link.state = is_disk_file(link.path) ? LinkState::kFound : LinkState::kMissing;
   return link;
 }
 

@@ -6,6 +6,7 @@
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/mapped_file.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
@@ -40,7 +41,7 @@ bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
 
 bool holds(const fs::path& path, std::span<const uint8_t> bytes) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) != bytes.size()) return false;
+  if (!is_disk_file(path) || fs::file_size(path, error) != bytes.size()) return false;
   const auto there = read_file(path);
   return there && std::equal(there->begin(), there->end(), bytes.begin(), bytes.end());
 }
@@ -85,8 +86,7 @@ fs::path binary_path(const fs::path& gltf, FileParts parts) {
 
 std::vector<fs::path> own_binaries(const fs::path& path) {
   std::vector<fs::path> binaries;
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return binaries;
+  if (!is_disk_file(path)) return binaries;
   const auto bytes = read_file(path);
   if (!bytes) return binaries;
   const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 // `error`: an errno, or a std::error_code.
 template <typename Error>
 Status failure(const char* what, const fs::path& path, const Error& error) {
-  const Place place{.file = path == "-" ? "stdin" : path.string()};
-  return io_error(std::string("cannot ") + what, error, place);
+  const Status status = io_error(std::string("cannot ") + what, error);
+  return {status.code(), status.message() + length_hint(path), {.file = path == "-" ? "stdin" : path.string()}};
 }
 
 bool write_parts(std::FILE* file, FileParts parts) {
@@ -49,11 +49,13 @@ Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   if (file == nullptr) return failure("open", path, errno);
 
   // The array grows with the bytes that arrive: a pipe has no size, and a stated one may be wrong.
-  constexpr uint64_t kBlock = uint64_t{1} << 20;
+  // Some C libraries read less than 2 GiB at once.
+  constexpr uint64_t kBlock = uint64_t{1} << 20, kMost = uint64_t{1} << 30;
   std::vector<uint8_t> bytes;
   uint64_t room = error || stated == 0 ? kBlock : stated + 1;  // with one byte more, the end is seen
+  bytes.reserve(static_cast<size_t>(std::min(room, limit)));
   while (bytes.size() < limit) {
-    const auto wanted = static_cast<size_t>(std::min(room, limit - bytes.size()));
+    const auto wanted = static_cast<size_t>(std::min({room, limit - bytes.size(), kMost}));
     const size_t before = bytes.size();
     bytes.resize(before + wanted);
     const size_t got = std::fread(bytes.data() + before, 1, wanted, file.get());
@@ -79,9 +81,7 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   const auto write_whole = [&](std::FILE* file) { return write(file) && std::fflush(file) == 0; };
   if (path == "-") return write_whole(stdout) ? Status() : failure("write", "stdout", errno);
 
-  std::error_code error;
-  const fs::file_status found = fs::status(path, error);  // of what a link leads to
-  const fs::file_type type = found.type();
+  const fs::file_type type = file_type_at(path);
   if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
     const OpenFile file(open_file(path, "wb"));
     return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
@@ -89,17 +89,26 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
 
   const Expected<fs::path> target = follow_links(path);
   if (!target) return target.status();
-  if (fs::is_directory(found)) return failure("write", path, EISDIR);
-  const bool replaces = fs::exists(found);
+  if (type == fs::file_type::directory) return failure("write", path, EISDIR);
+  const bool replaces = fs::exists(fs::file_status(type));
   if (replaces && if_read_only == IfReadOnly::kFail && is_read_only(*target))
     return io_failure("cannot write: the file is read-only", {.file = path.string()});
 
   TemporaryFile temporary(*target);
   if (temporary.is_open() && replaces) copy_permissions(*target, temporary.file());
   if (!temporary.is_open() || !write_whole(temporary.file())) return failure("write", path, errno);
-  if (const std::error_code renamed = temporary.rename_to(*target); renamed)
-    return failure("write", path, renamed);
-  return {};
+  return temporary.rename_to(*target).at({.file = path.string()});
+}
+
+Status make_folders(const fs::path& folder) {
+  std::error_code error;
+  // Without the drive, std::filesystem would name another cause.
+  if (const fs::path root = folder.root_path(); !root.empty() && !fs::exists(root, error))
+    return io_error("cannot make the folder " + folder.string(), ENOENT);
+  fs::create_directories(folder, error);
+  if (!error) return {};
+  const Status status = io_error("cannot make the folder " + folder.string(), error);
+  return {status.code(), status.message() + length_hint(folder)};
 }
 
 Expected<fs::path> follow_links(const fs::path& path) {

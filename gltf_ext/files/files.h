@@ -48,6 +48,9 @@ Status write_file(const std::filesystem::path& path, const std::function<bool(st
 // The same for a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
+// Makes a folder and those above it, unless they exist. Errors: those of io_error.
+Status make_folders(const std::filesystem::path& folder);
+
 // What a path leads to if it is a link; that need not exist. Otherwise the path. Errors: kIo for a circle.
 Expected<std::filesystem::path> follow_links(const std::filesystem::path& path);
 

@@ -28,11 +28,27 @@ std::vector<char*> start_command(int argc, char** argv);
 std::FILE* open_file(const std::filesystem::path& path, const char* mode);
 // std::tmpfile, for users of any permissions.
 std::FILE* open_temporary();
+// std::fseek for every offset. False after an error, with its errno.
+bool seek_to(std::FILE* file, uint64_t offset);
 
-// Renames a file, which may be open, also if `to` exists. A system that cannot replace a file that is in use
-// gives it the name `aside`, and removes it once it is free, at the latest in remove_if_unlocked.
-std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
-                             const std::filesystem::path& aside);
+// What a path leads to, as std::filesystem::status tells it, but the names of devices that a folder of Windows
+// does not show, such as NUL and COM1, are character devices.
+std::filesystem::file_type file_type_at(const std::filesystem::path& path);
+inline bool is_disk_file(const std::filesystem::path& path) {
+  return file_type_at(path) == std::filesystem::file_type::regular;
+}
+// Whether ** of a pattern goes into what is at a path: a folder that is not hidden. Links may form cycles.
+bool is_searched_folder(const std::filesystem::path& path);
+// A name as the file system compares it: two names of one file become the same. On Windows, case does not
+// count, nor do dots and spaces at the end of a part.
+std::string name_to_compare(const std::string& name);
+
+// What an error of a path says if the path may be longer than the system takes: "; ..." or nothing.
+std::string length_hint(const std::filesystem::path& path);
+
+// Renames a file, which may be open, also if `to` exists and is in use. Errors: those of io_error; kMayPass if
+// another process keeps the file from being replaced. Then `to` is as it was, or the message tells its name.
+Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to);
 // Gives a file a name that no file has; errc::file_exists if one has it. The old name may stay beside it.
 std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 
@@ -41,9 +57,9 @@ std::error_code rename_to_new(const std::filesystem::path& from, const std::file
 // meanwhile.
 std::FILE* create_locked(const std::filesystem::path& path);
 
-// Removes a file that no process has locked. The file stays if it cannot be locked. Calls `before` while it
-// holds the lock.
-void remove_if_unlocked(const std::filesystem::path& path, const std::function<void()>& before = {});
+// Removes a file that no process has locked. The file stays if it cannot be locked, or if `before`, which is
+// called while the lock is held, returns false.
+void remove_if_unlocked(const std::filesystem::path& path, const std::function<bool()>& before = {});
 
 // Writes the file's data to the disk, so that it survives a power failure. False after an error, with its
 // errno.
@@ -52,7 +68,7 @@ bool sync_to_disk(std::FILE* file);
 Status sync_to_disk(const std::filesystem::path& folder);
 
 // Whether a file name matches a pattern of *, ? and []. A pattern that begins with one of these matches no
-// hidden file.
+// file whose name begins with a dot.
 bool matches_pattern(const std::string& name, const std::string& pattern);
 
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.

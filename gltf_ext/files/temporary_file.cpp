@@ -25,6 +25,8 @@ std::string check_digits(std::string_view digits) {
   return hash.hex().substr(0, kDigits);
 }
 
+}  // namespace
+
 fs::path temporary_path(const fs::path& target) {
   thread_local std::random_device random;  // to make one takes longer than to write a small file
   std::string digits;
@@ -32,19 +34,6 @@ fs::path temporary_path(const fs::path& target) {
     digits += "0123456789abcdef"[bits & 15];
   return target.parent_path() / (std::string(kMark) + digits + check_digits(digits) + std::string(kEnd));
 }
-
-// Each folder is searched once per process: a batch writes thousands of files into one folder.
-void remove_dead_temporaries_once(const fs::path& folder) {
-  static std::mutex mutex;
-  static std::set<fs::path> done;
-  {
-    const std::lock_guard lock(mutex);
-    if (!done.insert(folder).second) return;
-  }
-  remove_dead_temporaries(folder);
-}
-
-}  // namespace
 
 bool is_temporary_name(const fs::path& path) {
   const std::string name = path.filename().string();
@@ -61,6 +50,16 @@ void remove_dead_temporaries(const fs::path& folder) {
     if (is_temporary_name(entry->path()) && entry->symlink_status(error).type() == fs::file_type::regular)
       found.push_back(entry->path());
   for (const fs::path& path : found) remove_if_unlocked(path);
+}
+
+void remove_dead_temporaries_once(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> done;
+  {
+    const std::lock_guard lock(mutex);
+    if (!done.insert(folder).second) return;
+  }
+  remove_dead_temporaries(folder);
 }
 
 TemporaryFile::TemporaryFile(const fs::path& target) {
@@ -88,10 +87,10 @@ TemporaryFile::~TemporaryFile() {
   errno = saved;
 }
 
-std::error_code TemporaryFile::rename_to(const fs::path& target) {
-  const std::error_code error = replace_file(path_, target, temporary_path(target));
-  if (!error) path_.clear();
-  return error;
+Status TemporaryFile::rename_to(const fs::path& target) {
+  Status status = replace_file(path_, target);
+  if (status.ok()) path_.clear();
+  return status;
 }
 
 std::error_code TemporaryFile::rename_to_new(const fs::path& target) {

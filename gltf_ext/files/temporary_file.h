@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "gltf_ext/files/removed_at_stop.h"
+#include "src/status.h"
 
 namespace psplit {
 
@@ -26,8 +27,8 @@ class TemporaryFile {
   std::FILE* file() const { return file_; }
   const std::filesystem::path& path() const { return path_; }
 
-  // The file must have been flushed.
-  std::error_code rename_to(const std::filesystem::path& target);
+  // The file must have been flushed. Errors: those of replace_file.
+  Status rename_to(const std::filesystem::path& target);
   // The same, but fails with file_exists if the name is taken.
   std::error_code rename_to_new(const std::filesystem::path& target);
 
@@ -37,10 +38,14 @@ class TemporaryFile {
   std::FILE* file_ = nullptr;
 };
 
+// A new name for such a file beside `target`.
+std::filesystem::path temporary_path(const std::filesystem::path& target);
 // Whether a file name is that of a TemporaryFile: half of its digits are a hash of the others.
 bool is_temporary_name(const std::filesystem::path& path);
 
 // Removes the folder's temporary files that no process has locked.
 void remove_dead_temporaries(const std::filesystem::path& folder);
+// The same unless this process has done it: a batch writes thousands of files into one folder.
+void remove_dead_temporaries_once(const std::filesystem::path& folder);
 
 }  // namespace psplit

@@ -20,9 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status read_failure(const fs::path& path, int error) {
-  return io_error("cannot read", error, {.file = path.string()});
+Status failure(const char* what, const fs::path& path, int error) {
+  const Status status = io_error(what, error);
+  return {status.code(), status.message() + length_hint(path), {.file = path.string()}};
 }
+Status read_failure(const fs::path& path, int error) { return failure("cannot read", path, error); }
 
 class FileStream : public ByteStream {
  public:
@@ -169,7 +171,7 @@ Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path, con
   if (error == std::errc::is_a_directory) return read_failure(path, EISDIR);
   const std::optional<uint64_t> size = error ? std::nullopt : std::optional<uint64_t>(bytes);
   std::FILE* const file = open_file(path, "rb");
-  if (file == nullptr) return io_error("cannot open", errno, {.file = path.string()});
+  if (file == nullptr) return failure("cannot open", path, errno);
   return std::unique_ptr<ByteStream>(new FileStream(file, path, size, progress));
 }
 

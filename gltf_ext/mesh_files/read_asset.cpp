@@ -10,6 +10,7 @@
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/image_type.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
@@ -112,8 +113,7 @@ Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::p
 
 // Whether the bytes of the file are those of the asset: it is neither stdin nor packed.
 bool is_plain_file(const fs::path& source) {
-  std::error_code error;
-  if (source == "-" || !fs::is_regular_file(source, error)) return false;
+  if (source == "-" || !is_disk_file(source)) return false;
   const Expected<std::vector<uint8_t>> head = read_file(source, 3);
   return head && !is_gzip(*head);
 }
@@ -165,8 +165,7 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
     if (!relative) return relative.status();
     const fs::path path = source.parent_path() / *relative;
     // Regular files only: a pipe or a device could block or never end.
-    std::error_code error;
-    if (source == "-" || !fs::is_regular_file(path, error)) return io_failure("no file " + path.string());
+    if (source == "-" || !is_disk_file(path)) return io_failure("no file " + path.string());
     files.push_back(path);
     return open_byte_stream(path);
   };
@@ -175,8 +174,7 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
 void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::string>& warnings) {
   for (const std::string& uri : file.bump_maps) {
     const fs::path path = folder / path_of_uri(uri, folder);
-    std::error_code error;
-    if (!fs::is_regular_file(path, error)) continue;
+    if (!is_disk_file(path)) continue;
     const auto head = read_file(path, kImageHeadBytes);
     if (head && is_grey_png(*head))
       warnings.push_back("the bump map " + in_quotes(percent_decode(uri)) +

@@ -249,6 +249,8 @@ StopSignals::~StopSignals() {
 
 bool StopSignals::seen() const { return stop_seen; }
 
+std::string place_of_argument(int number) { return "$" + std::to_string(number); }
+
 // A copy by fork needs none of these.
 std::unique_ptr<ParentLink> take_parent_link() { return nullptr; }
 void set_child_program(const std::filesystem::path&) {}

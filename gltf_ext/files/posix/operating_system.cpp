@@ -160,11 +160,28 @@ std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
 
 std::FILE* open_temporary() { return std::tmpfile(); }
 
-std::error_code replace_file(const std::filesystem::path& from, const std::filesystem::path& to,
-                             const std::filesystem::path&) {
+bool seek_to(std::FILE* file, uint64_t offset) {
+  return ::fseeko(file, static_cast<off_t>(offset), SEEK_SET) == 0;
+}
+
+std::filesystem::file_type file_type_at(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::status(path, error).type();
+}
+
+bool is_searched_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  return !path.filename().string().starts_with('.') &&
+         std::filesystem::is_directory(std::filesystem::symlink_status(path, error));
+}
+
+std::string name_to_compare(const std::string& name) { return name; }
+std::string length_hint(const std::filesystem::path&) { return ""; }
+
+Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::error_code error;
   std::filesystem::rename(from, to, error);
-  return error;
+  return error ? io_error("cannot write", error) : Status();
 }
 
 std::error_code rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
@@ -260,14 +277,11 @@ std::FILE* create_locked(const std::filesystem::path& path) {
   return nullptr;
 }
 
-void remove_if_unlocked(const std::filesystem::path& path, const std::function<void()>& before) {
+void remove_if_unlocked(const std::filesystem::path& path, const std::function<bool()>& before) {
   // For writing, because NFS locks no other files.
   const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-    if (before) before();
-    ::unlink(path.c_str());
-  }
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && (!before || before())) ::unlink(path.c_str());
   ::close(descriptor);
 }
 

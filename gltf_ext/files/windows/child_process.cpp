@@ -26,14 +26,23 @@ std::mutex wake_mutex;
 std::condition_variable wake;
 bool stop_seen = false, stop_is_new = false;
 
-// The system calls it in a thread of its own.
-BOOL WINAPI note_stop(DWORD) {
-  const std::lock_guard lock(wake_mutex);
-  stop_seen = stop_is_new = true;
-  wake.notify_all();
+// When the handler of the end of a console or of a session returns, the system ends the process. Until then it
+// waits for some seconds.
+BOOL handled(DWORD event) {
+  if (event != CTRL_C_EVENT && event != CTRL_BREAK_EVENT) ::Sleep(INFINITE);
   return TRUE;
 }
-BOOL WINAPI ignore_stop(DWORD) { return TRUE; }
+
+// The system calls it in a thread of its own.
+BOOL WINAPI note_stop(DWORD event) {
+  {
+    const std::lock_guard lock(wake_mutex);
+    stop_seen = stop_is_new = true;
+    wake.notify_all();
+  }
+  return handled(event);
+}
+BOOL WINAPI ignore_stop(DWORD event) { return handled(event); }
 
 std::filesystem::path child_program;
 std::vector<std::string> child_words;
@@ -94,20 +103,23 @@ struct Started {
   SystemHandle process, job;
 };
 
+// Null after an error.
 SystemHandle make_job() {
   SystemHandle job = own(::CreateJobObjectW(nullptr, nullptr));
   JOBOBJECT_EXTENDED_LIMIT_INFORMATION limits{};
   limits.BasicLimitInformation.LimitFlags = JOB_OBJECT_LIMIT_KILL_ON_JOB_CLOSE;
-  if (job != nullptr)
-    ::SetInformationJobObject(job.get(), JobObjectExtendedLimitInformation, &limits, sizeof(limits));
+  if (job == nullptr ||
+      ::SetInformationJobObject(job.get(), JobObjectExtendedLimitInformation, &limits, sizeof(limits)) == 0)
+    return nullptr;
   return job;
 }
 
-// A handle that a child may inherit, for as long as the object exists.
+// A handle that a child may inherit, for as long as the object exists. Null if there is none.
 class Inherited {
  public:
   explicit Inherited(HANDLE handle) {
     HANDLE copy = nullptr;
+    if (handle == nullptr || handle == INVALID_HANDLE_VALUE) return;
     ::DuplicateHandle(::GetCurrentProcess(), handle, ::GetCurrentProcess(), &copy, 0, TRUE,
                       DUPLICATE_SAME_ACCESS);
     handle_ = own(copy);
@@ -120,11 +132,9 @@ class Inherited {
 
 // What CreateProcess takes beside the words. It inherits the handles, and no others.
 struct Start {
-  std::wstring program;  // empty: the first word of the line says it
-  std::wstring line, environment;
+  std::wstring program, line, environment;
   HANDLE in = nullptr, out = nullptr, err = nullptr;
   std::vector<HANDLE> handles{};
-  DWORD flags = 0;
 };
 
 Expected<Started> start_process(Start start) {
@@ -142,27 +152,30 @@ Expected<Started> start_process(Start start) {
   info.StartupInfo.hStdInput = start.in;
   info.StartupInfo.hStdOutput = start.out;
   info.StartupInfo.hStdError = start.err;
-  ::InitializeProcThreadAttributeList(info.lpAttributeList, 1, 0, &bytes);
-  ::UpdateProcThreadAttribute(info.lpAttributeList, 0, PROC_THREAD_ATTRIBUTE_HANDLE_LIST, start.handles.data(),
-                              start.handles.size() * sizeof(HANDLE), nullptr, nullptr);
+  if (::InitializeProcThreadAttributeList(info.lpAttributeList, 1, 0, &bytes) == 0)
+    return io_error("cannot start a process", errno_of_last_error());
   PROCESS_INFORMATION made{};
-  // Suspended, so that it starts no process before it is in the job.
-  const DWORD flags =
-      CREATE_SUSPENDED | CREATE_UNICODE_ENVIRONMENT | EXTENDED_STARTUPINFO_PRESENT | start.flags;
+  // Suspended, so that it starts no process before it is in the job. In a group of its own, so that Ctrl-C
+  // reaches this process alone.
+  constexpr DWORD kFlags =
+      CREATE_SUSPENDED | CREATE_UNICODE_ENVIRONMENT | EXTENDED_STARTUPINFO_PRESENT | CREATE_NEW_PROCESS_GROUP;
   const bool is_made =
-      ::CreateProcessW(start.program.empty() ? nullptr : start.program.c_str(), start.line.data(), nullptr,
-                       nullptr, TRUE, flags, start.environment.data(), nullptr, &info.StartupInfo, &made) != 0;
+      ::UpdateProcThreadAttribute(info.lpAttributeList, 0, PROC_THREAD_ATTRIBUTE_HANDLE_LIST,
+                                  start.handles.data(), start.handles.size() * sizeof(HANDLE), nullptr,
+                                  nullptr) != 0 &&
+      ::CreateProcessW(start.program.c_str(), start.line.data(), nullptr, nullptr, TRUE, kFlags,
+                       start.environment.data(), nullptr, &info.StartupInfo, &made) != 0;
   const int error = is_made ? 0 : errno_of_last_error();
   ::DeleteProcThreadAttributeList(info.lpAttributeList);
   if (!is_made) return io_error("cannot start a process", error);
   const SystemHandle thread = own(made.hThread);
   Started started{own(made.hProcess), make_job()};
-  if (started.job == nullptr || ::AssignProcessToJobObject(started.job.get(), made.hProcess) == 0) {
+  if (started.job == nullptr || ::AssignProcessToJobObject(started.job.get(), made.hProcess) == 0 ||
+      ::ResumeThread(made.hThread) == static_cast<DWORD>(-1)) {
     const int job_error = errno_of_last_error();
     ::TerminateProcess(made.hProcess, 1);
     return io_error("cannot start a process in a job", job_error);
   }
-  ::ResumeThread(made.hThread);
   return started;
 }
 
@@ -178,10 +191,13 @@ ProcessEnd wait_for(HANDLE process) {
     case EXCEPTION_ILLEGAL_INSTRUCTION: return {true, kIllegal};
     case EXCEPTION_INT_DIVIDE_BY_ZERO: return {true, SIGFPE};
     case static_cast<DWORD>(STATUS_NO_MEMORY): return {true, kKill};
+    case static_cast<DWORD>(STATUS_CONTROL_C_EXIT): return {true, SIGINT};
     default: break;
   }
-  constexpr DWORD kFirstOfSystem = 0xC0000000;
-  return code >= kFirstOfSystem ? ProcessEnd{true, SIGABRT} : ProcessEnd{false, static_cast<int>(code)};
+  // The errors of the system; -1 is a code as programs choose it.
+  constexpr DWORD kFirstError = 0xC0000000, kLastError = 0xCFFFFFFF;
+  const bool is_crash = kFirstError <= code && code <= kLastError;
+  return is_crash ? ProcessEnd{true, SIGABRT} : ProcessEnd{false, static_cast<int>(code)};
 }
 
 class PipeToParent : public ParentLink {
@@ -239,7 +255,7 @@ class ChildInJob : public ChildProcess {
 
   ProcessEnd kill() override {
     if (has_end_) return end_;
-    ::TerminateJobObject(started_.job.get(), 1);
+    if (::TerminateJobObject(started_.job.get(), 1) == 0) ::TerminateProcess(started_.process.get(), 1);
     wait();
     constexpr int kKill = 9;
     return end_ = {true, kKill};
@@ -302,6 +318,28 @@ std::wstring variable(const wchar_t* name) {
   return value;
 }
 
+// The places %1, %2 ... of a command become the variables of that name and number. The shell does not look into
+// the value of a variable, except for a quote: so each is in quotes, those of the command or its own. %% is %.
+std::string with_arguments(std::string_view command, const std::string& name, size_t count) {
+  std::string text;
+  bool is_quoted = false;
+  for (size_t i = 0; i < command.size(); ++i) {
+    const char c = command[i], next = i + 1 < command.size() ? command[i + 1] : '\0';
+    const bool is_place = c == '%' && next >= '1' && next <= '9' && static_cast<size_t>(next - '0') <= count;
+    const bool is_escaped = (c == '^' && !is_quoted && next != '\0') || (c == '%' && next == '%');
+    if (is_place) {
+      const std::string value = "%" + name + next + "%";
+      text += is_quoted ? value : "\"" + value + "\"";
+    } else {
+      if (c == '"') is_quoted = !is_quoted;
+      text += c;
+      if (c == '^' && is_escaped) text += next;
+    }
+    if (is_place || is_escaped) ++i;
+  }
+  return text;
+}
+
 std::wstring own_program() {
   std::wstring name(32768, L'\0');
   name.resize(::GetModuleFileNameW(nullptr, name.data(), static_cast<DWORD>(name.size())));
@@ -321,6 +359,8 @@ bool StopSignals::seen() const {
   const std::lock_guard lock(wake_mutex);
   return stop_seen;
 }
+
+std::string place_of_argument(int number) { return "%" + std::to_string(number); }
 
 std::unique_ptr<ParentLink> take_parent_link() {
   const std::wstring text = variable(kLinkVariable);
@@ -349,6 +389,7 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
   start.program = child_program.empty() ? own_program() : child_program.wstring();
   for (const std::string& word : child_words) start.line += (start.line.empty() ? L"" : L" ") + quoted(word);
   const Inherited in(requests->out.get()), out(answers->in.get());
+  if (in.get() == nullptr || out.get() == nullptr) return io_error("cannot make a pipe", errno_of_last_error());
   const Inherited standard[] = {Inherited(::GetStdHandle(STD_INPUT_HANDLE)),
                                 Inherited(::GetStdHandle(STD_OUTPUT_HANDLE)),
                                 Inherited(::GetStdHandle(STD_ERROR_HANDLE))};
@@ -368,18 +409,14 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
 
 Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
                                const std::vector<std::pair<std::string, std::string>>& variables) {
-  // The shell does not look into the value of a variable, except for a quote.
+  const std::string name = "PSPLIT_ARGUMENT_";
   std::vector<std::pair<std::string, std::string>> settings = variables;
-  std::string text = command;
-  for (size_t i = arguments.size(); i-- > 0;) {
+  for (size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i].find_first_of("\"\n\r") != std::string::npos)
       return invalid_input("the name " + arguments[i] + " has a quote, which cmd.exe cannot pass on");
-    const std::string name = "PSPLIT_ARGUMENT_" + std::to_string(i + 1), place = "%" + std::to_string(i + 1);
-    settings.emplace_back(name, arguments[i]);
-    const std::string value = "\"%" + name + "%\"";
-    for (size_t at = 0; (at = text.find(place, at)) != std::string::npos; at += value.size())
-      text.replace(at, place.size(), value);
+    settings.emplace_back(name + std::to_string(i + 1), arguments[i]);
   }
+  const std::string text = with_arguments(command, name, arguments.size());
   std::optional<Pipe> output = make_pipe();
   if (!output) return io_error("cannot make a pipe", errno_of_last_error());
   Start start;
@@ -390,6 +427,7 @@ Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std
   const SystemHandle nothing = own(::CreateFileW(L"NUL", GENERIC_READ, FILE_SHARE_READ | FILE_SHARE_WRITE,
                                                  nullptr, OPEN_EXISTING, 0, nullptr));
   const Inherited in(nothing.get()), out(output->in.get());
+  if (out.get() == nullptr) return io_error("cannot make a pipe", errno_of_last_error());
   start.in = in.get();
   start.out = start.err = out.get();
   {
@@ -398,7 +436,7 @@ Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std
     output->in.reset();
     LastLines last_lines;
     ProcessEnd end = pass_on(output->out.get(), started->process.get(), last_lines);
-    constexpr int kNoSuchCommand = 9009;  // of cmd.exe; 127 of other shells
+    constexpr int kNoSuchCommand = 9009;  // of scripts of cmd.exe; 127 of other shells
     if (!end.by_signal && end.number == kNoSuchCommand) end.number = 127;
     return CommandEnd{end, last_lines.joined()};
   }

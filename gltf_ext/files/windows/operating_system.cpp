@@ -8,13 +8,13 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <random>
 #include <thread>
 #include <utility>
 
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/mapped_ranges.h"
 #include "gltf_ext/files/removed_at_stop.h"
+#include "gltf_ext/files/temporary_file.h"
 #include "gltf_ext/files/windows/path_facet.h"
 #include "gltf_ext/files/windows/system_calls.h"
 
@@ -146,12 +146,14 @@ LONG CALLBACK end_with_file_name(EXCEPTION_POINTERS* exception) {
 void install_handler() { exception_handler = ::AddVectoredExceptionHandler(1, end_with_file_name); }
 void uninstall_handler() { ::RemoveVectoredExceptionHandler(exception_handler); }
 
-// Maps all bytes of a file, which is not empty. Null after an error.
-void* map_handle(HANDLE file, bool writes) {
+// Maps the first bytes of a file, of which there is one or more. Null after an error: the file may be shorter.
+void* map_handle(HANDLE file, uint64_t bytes, bool writes) {
   const SystemHandle section =
-      own(::CreateFileMappingW(file, nullptr, writes ? PAGE_READWRITE : PAGE_READONLY, 0, 0, nullptr));
+      own(::CreateFileMappingW(file, nullptr, writes ? PAGE_READWRITE : PAGE_READONLY,
+                               static_cast<DWORD>(bytes >> 32), static_cast<DWORD>(bytes), nullptr));
   if (section == nullptr) return nullptr;
-  return ::MapViewOfFile(section.get(), writes ? FILE_MAP_WRITE : FILE_MAP_READ, 0, 0, 0);
+  return ::MapViewOfFile(section.get(), writes ? FILE_MAP_WRITE : FILE_MAP_READ, 0, 0,
+                         static_cast<SIZE_T>(bytes));
 }
 
 SystemHandle duplicate(HANDLE handle) {
@@ -166,7 +168,7 @@ SystemHandle duplicate(HANDLE handle) {
 Expected<std::span<uint8_t>> map_and_enter(SystemHandle file, uint64_t bytes, bool writes,
                                            const fs::path& name) {
   if (file == nullptr) return failure(name);
-  void* const address = map_handle(file.get(), writes);
+  void* const address = map_handle(file.get(), bytes, writes);
   if (address == nullptr) return io_error("cannot map " + name.string(), errno_of_last_error());
   const std::span<uint8_t> mapped(static_cast<uint8_t*>(address), static_cast<size_t>(bytes));
   if (enter_mapped(mapped, name, file.get(), install_handler)) {
@@ -199,17 +201,75 @@ BOOL WINAPI end_at_stop(DWORD) {
   return TRUE;
 }
 
+// It has the name of a TemporaryFile, and is locked as one: after a power failure it is still there.
 SystemHandle create_unnamed(const fs::path& folder) {
-  std::random_device random;
-  for (int tries = 0; tries < 16; ++tries) {
-    std::string name = ".psplit-";
-    while (name.size() < 24) name += "0123456789abcdef"[random() % 16];
+  constexpr int kTries = 16;
+  for (int i = 0; i < kTries; ++i) {
     SystemHandle handle =
-        open_handle(folder / name, GENERIC_READ | GENERIC_WRITE | DELETE, CREATE_NEW,
+        open_handle(temporary_path(folder / "x"), GENERIC_READ | GENERIC_WRITE | DELETE, CREATE_NEW,
                     FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE);
-    if (handle != nullptr || ::GetLastError() != ERROR_FILE_EXISTS) return handle;
+    if (handle == nullptr && ::GetLastError() != ERROR_FILE_EXISTS) return nullptr;
+    if (handle == nullptr || (!try_lock(handle.get(), false) && is_locked_by_other())) continue;
+    remove_dead_temporaries_once(folder);
+    return handle;
   }
+  ::SetLastError(ERROR_FILE_EXISTS);
   return nullptr;
+}
+
+// The names of the file system do not tell upper case from lower case.
+std::string upper_case(std::string_view text) {
+  const std::wstring from = wide(text);
+  std::wstring to(from.size(), L'\0');
+  const int size = static_cast<int>(from.size());
+  if (size > 0)
+    ::LCMapStringEx(LOCALE_NAME_INVARIANT, LCMAP_UPPERCASE, from.data(), size, to.data(), size, nullptr,
+                    nullptr, 0);
+  return utf8(to);
+}
+
+// The tag of what is at a path if it is a link or another reparse point; otherwise 0.
+DWORD reparse_tag(const fs::path& path) {
+  WIN32_FIND_DATAW found{};
+  const HANDLE search = ::FindFirstFileW(path.c_str(), &found);
+  if (search == INVALID_HANDLE_VALUE) return 0;
+  ::FindClose(search);
+  return (found.dwFileAttributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0 ? found.dwReserved0 : 0;
+}
+
+// Scanners and clients of storages open files for moments, in which they cannot be renamed. Tries for a while,
+// and returns the last error, or 0.
+template <typename Rename>
+DWORD rename_patiently(const Rename& rename) {
+  for (const auto deadline = Clock::now() + kLockPatience;; std::this_thread::sleep_for(kLockRefresh)) {
+    if (rename()) return 0;
+    const DWORD error = ::GetLastError();
+    const bool may_be_short =
+        error == ERROR_ACCESS_DENIED || error == ERROR_SHARING_VIOLATION || error == ERROR_LOCK_VIOLATION;
+    if (!may_be_short || Clock::now() > deadline) return error;
+  }
+}
+
+DWORD move_patiently(const fs::path& from, const fs::path& to) {
+  return rename_patiently([&] { return ::MoveFileExW(from.c_str(), to.c_str(), 0) != 0; });
+}
+
+// Replaces a file as other systems do: those who have it open keep it. Windows 10 and NTFS can; FAT, older
+// systems that share a folder, and older wine refuse.
+bool replace_open_file(const fs::path& from, const fs::path& to) {
+  constexpr auto kRenameEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);  // some headers lack FileRenameInfoEx
+  constexpr DWORD kReplace = 1, kAsPosix = 2;
+  std::error_code error;
+  const std::wstring name = fs::absolute(to, error).make_preferred().wstring();
+  const size_t bytes = name.size() * sizeof(wchar_t);
+  std::vector<std::byte> memory(sizeof(FILE_RENAME_INFO) + bytes);
+  auto* const info = reinterpret_cast<FILE_RENAME_INFO*>(memory.data());
+  info->Flags = kReplace | kAsPosix;
+  info->FileNameLength = static_cast<DWORD>(bytes);
+  std::memcpy(info->FileName, name.c_str(), bytes);
+  const SystemHandle file = open_handle(from, DELETE | SYNCHRONIZE, OPEN_EXISTING);
+  return !error && file != nullptr &&
+         ::SetFileInformationByHandle(file.get(), kRenameEx, info, static_cast<DWORD>(memory.size())) != 0;
 }
 
 // Whether the first character of a name matches the set after a '['. Moves `pattern` behind its ']'. A set
@@ -261,7 +321,8 @@ bool matches(std::string_view name, std::string_view pattern) {
 }  // namespace
 
 std::error_code rename_to_new(const fs::path& from, const fs::path& to) {
-  return ::MoveFileExW(from.c_str(), to.c_str(), 0) != 0 ? std::error_code() : last_error();
+  const DWORD error = move_patiently(from, to);
+  return error == 0 ? std::error_code() : std::error_code(errno_of(error), std::generic_category());
 }
 
 std::vector<char*> start_command(int argc, char** argv) {
@@ -301,32 +362,87 @@ std::FILE* open_temporary() {
   return stream_of(create_unnamed(folder), "w+b");
 }
 
-std::error_code replace_file(const fs::path& from, const fs::path& to, const fs::path& aside) {
-  const DWORD before = ::GetFileAttributesW(to.c_str());
-  const bool was_read_only = before != INVALID_FILE_ATTRIBUTES && (before & FILE_ATTRIBUTE_READONLY) != 0;
-  if (was_read_only) ::SetFileAttributesW(to.c_str(), before & ~static_cast<DWORD>(FILE_ATTRIBUTE_READONLY));
+bool seek_to(std::FILE* file, uint64_t offset) {
+  return ::_fseeki64(file, static_cast<int64_t>(offset), SEEK_SET) == 0;
+}
+
+fs::file_type file_type_at(const fs::path& path) {
+  std::wstring whole(32768, L'\0');
+  const auto room = static_cast<DWORD>(whole.size());
+  whole.resize(std::min(::GetFullPathNameW(path.c_str(), room, whole.data(), nullptr), room));
+  if (whole.starts_with(L"\\\\.\\")) return fs::file_type::character;
   std::error_code error;
-  if (::MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING) == 0) {
-    error = last_error();
-    const bool is_in_use = ::GetLastError() == ERROR_ACCESS_DENIED ||
-                           ::GetLastError() == ERROR_SHARING_VIOLATION ||
-                           ::GetLastError() == ERROR_USER_MAPPED_FILE;
-    // A file that is open or mapped can be renamed.
-    if (is_in_use && before != INVALID_FILE_ATTRIBUTES && ::MoveFileExW(to.c_str(), aside.c_str(), 0) != 0) {
-      if (::MoveFileExW(from.c_str(), to.c_str(), 0) != 0)
-        error = {};
-      else
-        ::MoveFileExW(aside.c_str(), to.c_str(), 0);
-      // What is still mapped goes with the last handle, which stays open until this process ends.
-      if (!error && ::DeleteFileW(aside.c_str()) == 0)
-        open_handle(aside, DELETE, OPEN_EXISTING, FILE_FLAG_DELETE_ON_CLOSE).release();
-    }
+  return fs::status(path, error).type();
+}
+
+bool is_searched_folder(const fs::path& path) {
+  constexpr DWORD kHidden = FILE_ATTRIBUTE_HIDDEN | FILE_ATTRIBUTE_SYSTEM;  // as $RECYCLE.BIN is
+  const DWORD attributes = ::GetFileAttributesW(path.c_str());
+  if (attributes == INVALID_FILE_ATTRIBUTES || (attributes & FILE_ATTRIBUTE_DIRECTORY) == 0 ||
+      (attributes & kHidden) == kHidden || path.filename().string().starts_with('.'))
+    return false;
+  const DWORD tag = reparse_tag(path);  // folders of storages have other tags
+  return tag != IO_REPARSE_TAG_MOUNT_POINT && tag != IO_REPARSE_TAG_SYMLINK;
+}
+
+std::string name_to_compare(const std::string& name) {
+  std::string text;
+  for (size_t at = 0; at <= name.size();) {
+    const size_t end = std::min(name.find_first_of("/\\", at), name.size());
+    const std::string part = name.substr(at, end - at);
+    const size_t last = part.find_last_not_of(". ");
+    text += part == "." || part == ".." ? part : part.substr(0, last + 1);
+    if (end < name.size()) text += '/';
+    at = end + 1;
+  }
+  return upper_case(text);
+}
+
+std::string length_hint(const fs::path& path) {
+  constexpr size_t kMost = 247;  // characters of a folder; files have some more
+  std::error_code error;
+  if (fs::absolute(path, error).wstring().size() <= kMost) return "";
+  const FARPROC found = ::GetProcAddress(::GetModuleHandleW(L"ntdll.dll"), "RtlAreLongPathsEnabled");
+  const auto are_long_paths_enabled = reinterpret_cast<BOOLEAN(WINAPI*)()>(reinterpret_cast<void*>(found));
+  if (are_long_paths_enabled != nullptr && are_long_paths_enabled() != 0) return "";
+  return "; Windows takes so long a path only if LongPathsEnabled is set in its registry";
+}
+
+Status replace_file(const fs::path& from, const fs::path& to) {
+  const DWORD before = ::GetFileAttributesW(to.c_str());
+  const bool exists = before != INVALID_FILE_ATTRIBUTES;
+  const bool was_read_only = exists && (before & FILE_ATTRIBUTE_READONLY) != 0;
+  if (was_read_only) ::SetFileAttributesW(to.c_str(), before & ~static_cast<DWORD>(FILE_ATTRIBUTE_READONLY));
+  // No other run removes a file of this name, which may be the only copy.
+  const fs::path aside = temporary_path(to).replace_extension(".replaced");
+  bool is_aside = false;
+  DWORD error = rename_patiently([&] {
+    if (replace_open_file(from, to) || ::MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING) != 0)
+      return true;
+    // A file that is open or mapped can be renamed, unless one who has it open forbids that.
+    const bool is_in_use =
+        ::GetLastError() == ERROR_ACCESS_DENIED || ::GetLastError() == ERROR_USER_MAPPED_FILE;
+    is_aside = is_in_use && exists && ::MoveFileExW(to.c_str(), aside.c_str(), 0) != 0;
+    return is_aside;
+  });
+  std::string hint;
+  if (is_aside) error = move_patiently(from, to);
+  if (is_aside && error != 0 && move_patiently(aside, to) != 0)
+    hint = "; the file that was there is now " + aside.string();
+  if (is_aside && error == 0 && ::DeleteFileW(aside.c_str()) == 0) {
+    // It is mapped. As a temporary file it goes with its last handle, which stays open until this process ends,
+    // or when another process finds it.
+    const fs::path dead = temporary_path(to);
+    ::MoveFileExW(aside.c_str(), dead.c_str(), 0);
+    open_handle(dead, DELETE, OPEN_EXISTING, FILE_FLAG_DELETE_ON_CLOSE).release();
   }
   // The new file has the permission of the one that it replaced; if that stayed, it has its own.
   if (was_read_only)
     ::SetFileAttributesW(to.c_str(),
                          ::GetFileAttributesW(to.c_str()) | static_cast<DWORD>(FILE_ATTRIBUTE_READONLY));
-  return error;
+  if (error == 0) return {};
+  const Status status = io_error("cannot write", errno_of(error));
+  return {status.code(), status.message() + hint};
 }
 
 std::span<const uint8_t> map_file(const fs::path& path) {
@@ -380,19 +496,24 @@ void release_mapped(std::span<const uint8_t> bytes) {
 
 std::FILE* create_locked(const fs::path& path) {
   SystemHandle handle = open_handle(path, GENERIC_WRITE, CREATE_NEW);
-  if (handle != nullptr && !try_lock(handle.get(), false) && is_locked_by_other()) {
-    errno = EEXIST;  // remove_if_unlocked has it
+  const bool is_taken = handle != nullptr && !try_lock(handle.get(), false) && is_locked_by_other();
+  FILE_STANDARD_INFO info{};
+  const bool is_removed =
+      handle != nullptr &&
+      ::GetFileInformationByHandleEx(handle.get(), FileStandardInfo, &info, sizeof(info)) != 0 &&
+      (info.DeletePending != 0 || info.NumberOfLinks == 0);
+  if (is_taken || is_removed) {
+    errno = EEXIST;
     return nullptr;
   }
   return stream_of(std::move(handle), "wb");
 }
 
-void remove_if_unlocked(const fs::path& path, const std::function<void()>& before) {
+void remove_if_unlocked(const fs::path& path, const std::function<bool()>& before) {
   const SystemHandle handle =
       open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING, FILE_FLAG_OPEN_REPARSE_POINT);
   if (handle == nullptr || !try_lock(handle.get(), false)) return;
-  if (before) before();
-  ::DeleteFileW(path.c_str());
+  if (!before || before()) ::DeleteFileW(path.c_str());
 }
 
 bool sync_to_disk(std::FILE* file) {
@@ -407,7 +528,7 @@ Status sync_to_disk(const fs::path&) { return {}; }
 
 bool matches_pattern(const std::string& name, const std::string& pattern) {
   const bool shows_hidden = pattern.starts_with('.');
-  return (shows_hidden || !name.starts_with('.')) && matches(name, pattern);
+  return (shows_hidden || !name.starts_with('.')) && matches(upper_case(name), upper_case(pattern));
 }
 
 StopEndsProcess::StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, TRUE); }

@@ -8,6 +8,7 @@
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/temporary_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
@@ -96,7 +97,7 @@ class Items {
   // Whether an earlier item of this shard has the same name. `batch plan` excludes that, so that only other
   // manifests take memory for their names.
   bool repeats_name(const BatchItem& item) {
-    return !manifest_->head() && !names_.insert(hash_of(item.name)).second;
+    return !manifest_->head() && !names_.insert(hash_of(name_to_compare(item.name))).second;
   }
 
   void note(const BatchItem& item) {
@@ -174,14 +175,17 @@ class Batch {
     if (!writes_report_file()) return {};
     if (!arguments_.manifest.empty() && is_asset_name(arguments_.report))
       return wrong_usage("--report " + arguments_.report + " has the name of an asset");
-    std::error_code error;
-    const fs::path report = fs::weakly_canonical(arguments_.report, error);
+    const auto name_of = [](const fs::path& path) {
+      std::error_code error;
+      return name_to_compare(fs::weakly_canonical(path, error).string());
+    };
+    const std::string report = name_of(arguments_.report);
     for (const std::string& word : arguments_.request.words)
-      if (word.starts_with('@') && fs::weakly_canonical(word.substr(1), error) == report)
+      if (word.starts_with('@') && name_of(word.substr(1)) == report)
         return wrong_usage("--report would replace the list " + word.substr(1));
     for (const BatchItem& item : items_.planned())
       for (const fs::path& path : {arguments_.request.folder / item.name, fs::path(item.input)})
-        if (fs::weakly_canonical(path, error) == report)
+        if (name_of(path) == report)
           return wrong_usage("--report would replace " + arguments_.report +
                              ", which is an input or an output");
     return {};

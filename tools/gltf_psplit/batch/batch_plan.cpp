@@ -20,10 +20,20 @@ fs::path whole_path(const fs::path& path) {
   return whole.has_filename() ? whole : whole.parent_path();  // without a trailing slash
 }
 
-bool is_below(const fs::path& path, const fs::path& folder) {
-  const auto [in_folder, in_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return in_folder == folder.end() && in_path != path.end();
+bool is_same_path(const fs::path& a, const fs::path& b) {
+  return a == b || name_to_compare(a.string()) == name_to_compare(b.string());
 }
+
+// The parts of a path behind those of a folder; none if the path is not below it.
+fs::path path_below(const fs::path& folder, const fs::path& path) {
+  auto [in_folder, in_path] =
+      std::mismatch(folder.begin(), folder.end(), path.begin(), path.end(), is_same_path);
+  fs::path rest;
+  if (in_folder == folder.end())
+    for (; in_path != path.end(); ++in_path) rest /= *in_path;
+  return rest;
+}
+bool is_below(const fs::path& path, const fs::path& folder) { return !path_below(folder, path).empty(); }
 
 std::vector<fs::path> sorted_entries(const fs::path& folder) {
   std::vector<fs::path> entries;
@@ -43,7 +53,7 @@ bool is_file_or_broken_link(const fs::path& entry) {
   return fs::is_symlink(fs::symlink_status(entry, error));
 }
 
-// Matches a pattern part by part. ** skips hidden folders, and links to folders, because links may form cycles.
+// Matches a pattern part by part.
 void match(const fs::path& folder, fs::path::const_iterator part, fs::path::const_iterator end,
            std::vector<fs::path>& found) {
   std::error_code error;
@@ -52,8 +62,7 @@ void match(const fs::path& folder, fs::path::const_iterator part, fs::path::cons
   if (*part == "**") {
     match(folder, std::next(part), end, found);
     for (const fs::path& entry : sorted_entries(folder))
-      if (!entry.filename().string().starts_with('.') && fs::is_directory(fs::symlink_status(entry, error)))
-        match(entry, part, end, found);
+      if (is_searched_folder(entry)) match(entry, part, end, found);
     return;
   }
   const auto visit = [&](const fs::path& entry) {
@@ -81,8 +90,12 @@ class Planner {
     if (!request_.base.empty()) base_ = whole_path(request_.base);
     std::vector<BatchItem> items;
     for (const Input& input : inputs_) {
-      if (!is_below(input.whole, base_)) return wrong_usage(input.word + " is not below " + base_.string());
-      fs::path relative = without_asset_extensions(fs::path(input.whole).lexically_relative(base_));
+      const fs::path below = path_below(base_, input.whole);
+      if (below.empty())
+        return wrong_usage(input.word + (request_.base.empty()
+                                             ? " has no folder in common with the other inputs"
+                                             : " is not below " + base_.string()));
+      fs::path relative = without_asset_extensions(below);
       relative += request_.extension;
       std::error_code error;
       const uintmax_t bytes = fs::file_size(input.word, error);
@@ -104,11 +117,14 @@ class Planner {
   // hashes take less memory.
   Status check_outputs(const std::vector<BatchItem>& items) const {
     std::vector<std::pair<Hash128, size_t>> names, files;
-    std::error_code error;
+    const auto hash_of_file = [](const fs::path& path) {
+      std::error_code error;
+      return hash_of(name_to_compare(fs::weakly_canonical(path, error).string()));
+    };
     for (size_t i = 0; i < items.size(); ++i) {
-      names.emplace_back(hash_of(items[i].name), i);
+      names.emplace_back(hash_of(name_to_compare(items[i].name)), i);
       // Through links, one file may have two names.
-      files.emplace_back(hash_of(fs::weakly_canonical(inputs_[i].whole, error).string()), i);
+      files.emplace_back(hash_of_file(inputs_[i].whole), i);
     }
     std::sort(names.begin(), names.end());
     std::sort(files.begin(), files.end());
@@ -117,7 +133,7 @@ class Planner {
         return wrong_usage(items[names[i - 1].second].input + " and " + items[names[i].second].input +
                            " would both become " + (request_.folder / items[names[i].second].name).string());
     for (const BatchItem& item : items) {
-      const Hash128 output = hash_of(fs::weakly_canonical(folder_ / item.name, error).string());
+      const Hash128 output = hash_of_file(folder_ / item.name);
       const auto found = std::lower_bound(files.begin(), files.end(), std::pair(output, size_t{0}));
       if (found != files.end() && found->first == output)
         return wrong_usage(item.input + " would replace the input " + items[found->second].input);
@@ -177,7 +193,9 @@ class Planner {
     inputs_.push_back({whole_path(input).string(), input});
     const fs::path folder = whole_path(start.empty() ? "." : start);
     if (base_.empty()) base_ = folder;
-    while (folder != base_ && !is_below(folder, base_)) base_ = base_.parent_path();
+    // Of two drives, one is not below the folder that is left, and `run` says so.
+    while (!is_same_path(folder, base_) && !is_below(folder, base_) && base_.has_relative_path())
+      base_ = base_.parent_path();
   }
 
   const BatchRequest& request_;

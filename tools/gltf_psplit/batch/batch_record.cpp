@@ -79,10 +79,8 @@ std::string record_name(const std::string& name, const std::string& check) {
 }
 
 Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
-  std::error_code error;
   const fs::path records = record_folder(folder);
-  fs::create_directories(records, error);
-  if (error) return io_error("cannot make the folder " + records.string(), error);
+  if (Status status = make_folders(records); !status.ok()) return status;
   const Expected<bool> joined = division_.join(division_file(folder), std::to_string(shard.count));
   if (!joined) return joined.status();
   if (!*joined)

@@ -1,7 +1,7 @@
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 
 #include <algorithm>
-#include <fstream>
+#include <cstdio>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -12,6 +12,7 @@
 
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/mesh_files/asset_format.h"
@@ -53,10 +54,10 @@ constexpr uint64_t kTableBytes = 12, kVectorBytes = 12, kPairBytes = 8;
 
 // The unpacked size of a file. A gzip file ends with it, modulo 2^32.
 uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
-  std::ifstream file(path, std::ios::binary);
   unsigned char size[4] = {};
-  if (lower_extension(path) != ".gz" || bytes < 4 || !file.seekg(static_cast<std::streamoff>(bytes - 4)) ||
-      !file.read(reinterpret_cast<char*>(size), 4))
+  if (lower_extension(path) != ".gz" || bytes < 4) return bytes;
+  const OpenFile file(open_file(path, "rb"));
+  if (file == nullptr || !seek_to(file.get(), bytes - 4) || std::fread(size, 1, 4, file.get()) != 4)
     return bytes;
   uint64_t low = 0;
   for (size_t i = 4; i-- > 0;) low = low << 8 | size[i];
@@ -220,15 +221,14 @@ Counts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, 
     }
     return lines.counts(read);
   }
-  std::ifstream file(path, std::ios::binary);
+  const OpenFile file(open_file(path, "rb"));
+  if (file == nullptr) return {};
   std::vector<char> window(kWindow);
   const uint64_t windows = std::min(kWindows, bytes / kWindow + 1);
   for (uint64_t i = 0; i < windows; ++i) {
     const uint64_t last = bytes - std::min(bytes, kWindow);
-    file.clear();
-    file.seekg(static_cast<std::streamoff>(windows == 1 ? 0 : i * last / (windows - 1)));
-    file.read(window.data(), kWindow);
-    lines.add({window.data(), static_cast<size_t>(file.gcount())});
+    if (!seek_to(file.get(), windows == 1 ? 0 : i * last / (windows - 1))) break;
+    lines.add({window.data(), std::fread(window.data(), 1, kWindow, file.get())});
   }
   return lines.counts(bytes);
 }
@@ -259,7 +259,8 @@ Counts counts_of_mesh_file(const std::string& path, const std::string& name, uin
 
 // The factors were fitted to the peaks of 100,000 to 2 million faces with 12 to 48 bytes of attributes, on two
 // threads; then a fifth was added. With its default options, encode takes 0.5 to 0.7 of this: others take more.
-uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name, bool with_coarse) {
+uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name, bool with_coarse,
+                         uint64_t known_bytes) {
   struct Factors {
     uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
   };
@@ -270,7 +271,7 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::str
                                                          : Factors{2, 65, 7};
   Expected<Json> json = read_asset_json(path);
   if (json) static_cast<void>(exchange_primitives(*json));  // an error is the reader's to report
-  const uint64_t bytes = bytes_on_disk(path, json).files;
+  const uint64_t bytes = known_bytes != 0 ? known_bytes : bytes_on_disk(path, json).files;
   const Expected<AssetRecords> records = json ? read_records(*json) : json.status();
   Counts counts;
   if (records)

@@ -8,6 +8,7 @@
 
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/child_process.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
@@ -31,6 +32,31 @@ std::string random_digits() {
   return digits;
 }
 
+// Removes all that can be removed, also what is read-only. Whether the folder is gone.
+bool remove_folder(const fs::path& folder) {
+  std::error_code error, ignored;
+  fs::remove_all(folder, error);
+  if (!error) return true;
+  std::vector<fs::path> found{folder};
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator entry(folder, options, error), end; !error && entry != end;
+       entry.increment(error)) {
+    fs::permissions(entry->path(), fs::perms::owner_write, fs::perm_options::add | fs::perm_options::nofollow,
+                    ignored);
+    found.push_back(entry->path());
+  }
+  for (auto path = found.rbegin(); path != found.rend(); ++path) fs::remove(*path, ignored);
+  return !fs::exists(fs::symlink_status(folder, error));
+}
+
+// The part of a path behind its folders, where a system might not take some characters of it.
+std::string local_name(const std::string& path) {
+  std::string name = fs::path(path).filename().string();
+  for (char& c : name)
+    if (std::string_view("<>:\"|?*").find(c) != std::string_view::npos) c = '_';
+  return name;
+}
+
 void remove_dead_folders(const fs::path& place) {
   std::error_code error;
   std::vector<fs::path> locks;
@@ -40,7 +66,7 @@ void remove_dead_folders(const fs::path& place) {
   }
   for (const fs::path& lock : locks) {
     fs::path folder = lock;
-    remove_if_unlocked(lock, [&] { fs::remove_all(folder.replace_extension(), error); });
+    remove_if_unlocked(lock, [&] { return remove_folder(folder.replace_extension()); });
   }
 }
 
@@ -83,7 +109,7 @@ std::vector<std::string> libraries_of(const fs::path& file) {
 Status check(const fs::path& file, const std::string& option, std::optional<uint64_t> bytes,
              const std::string& xxh128) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error)) return may_pass(option + " made no file");
+  if (!is_disk_file(file)) return may_pass(option + " made no file");
   const uintmax_t size = fs::file_size(file, error);
   if (bytes && size != *bytes)
     return may_pass(option + " made a file of " + std::to_string(size) + " bytes instead of " +
@@ -98,9 +124,7 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
 }  // namespace
 
 Status StagingFolder::open(const fs::path& place) {
-  std::error_code error;
-  fs::create_directories(place, error);
-  if (error) return io_error("cannot make the folder " + place.string(), error);
+  if (Status status = make_folders(place); !status.ok()) return status;
   remove_dead_folders(place);
   do {
     path_ = place / (std::string(kStaged) + random_digits());
@@ -113,22 +137,18 @@ Status StagingFolder::open(const fs::path& place) {
 StagingFolder::~StagingFolder() {
   if (lock_ == nullptr) return;
   std::error_code ignored;
-  fs::remove_all(path_, ignored);
-  fs::remove(path_.string() + std::string(kLock), ignored);
+  if (remove_folder(path_)) fs::remove(path_.string() + std::string(kLock), ignored);
   std::fclose(lock_);
 }
 
 StagedAsset::~StagedAsset() {
-  std::error_code ignored;
-  if (is_open_) fs::remove_all(folder_, ignored);
+  if (is_open_) remove_folder(folder_);
 }
 
 Status StagedAsset::open() {
   is_open_ = true;
-  std::error_code error;
-  fs::remove_all(folder_, error);
-  fs::create_directories(folder_, error);
-  return error ? io_error("cannot make the folder " + folder_.string(), error) : Status();
+  remove_folder(folder_);
+  return make_folders(folder_);
 }
 
 // The names keep what tells the format.
@@ -141,9 +161,7 @@ Expected<fs::path> StagedAsset::fetch(const BatchItem& item) const {
   return file;
 }
 
-fs::path StagedAsset::input(const BatchItem& item) const {
-  return folder_ / "in" / fs::path(item.input).filename();
-}
+fs::path StagedAsset::input(const BatchItem& item) const { return folder_ / "in" / local_name(item.input); }
 
 // False if there is no such file.
 Expected<bool> StagedAsset::fetch_beside(const BatchItem& item, const fs::path& relative) const {
@@ -151,7 +169,8 @@ Expected<bool> StagedAsset::fetch_beside(const BatchItem& item, const fs::path& 
   std::error_code error;
   if (fs::exists(file, error)) return true;
   fs::create_directories(file.parent_path(), error);
-  std::string source = item.input.substr(0, item.input.rfind('/') + 1) + relative.generic_string();
+  const size_t name_bytes = fs::path(item.input).filename().string().size();
+  std::string source = item.input.substr(0, item.input.size() - name_bytes) + relative.generic_string();
   if (source.starts_with('-')) source = "./" + source;  // no option of the command
   bool is_missing = false;
   if (Status status = run("--fetch", commands_.fetch, {source, file.string()}, {}, &is_missing); !status.ok())
@@ -193,9 +212,7 @@ Status StagedAsset::fetch_links(const BatchItem& item, const Document& document)
   return {};
 }
 
-fs::path StagedAsset::output(const BatchItem& item) const {
-  return folder_ / "out" / fs::path(item.name).filename();
-}
+fs::path StagedAsset::output(const BatchItem& item) const { return folder_ / "out" / local_name(item.name); }
 
 Status StagedAsset::store(const BatchItem& item, bool replaces) const {
   const fs::path file = output(item);
@@ -214,7 +231,7 @@ Status StagedAsset::store(const BatchItem& item, bool replaces) const {
 }
 
 Expected<fs::path> StagedAsset::bring_back(const BatchItem& item) const {
-  const fs::path folder = folder_ / "back", file = folder / fs::path(item.name).filename();
+  const fs::path folder = folder_ / "back", file = folder / local_name(item.name);
   std::error_code error;
   fs::create_directories(folder, error);
   if (Status status = run("--fetch-output", commands_.fetch_output, {item.name, file.string()}); !status.ok())

@@ -13,7 +13,7 @@ namespace psplit {
 
 // Commands of a shell, each empty if there is none.
 struct StagingCommands {
-  std::string fetch;         // brings input $1, or a file that it refers to, to file $2
+  std::string fetch;         // brings input $1 (on Windows: %1), or a file that it refers to, to file $2
   std::string store;         // takes file $1 away as output $2
   std::string fetch_output;  // brings output $1 back to file $2
   std::string folder;        // for the files meanwhile; empty: in the folder of the record

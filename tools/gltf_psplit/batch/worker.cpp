@@ -18,6 +18,7 @@
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/temporary_file.h"
@@ -268,9 +269,7 @@ Status AssetWork::encode(Job& job, Document& document) {
 Status AssetWork::write(Job& job, const Document& document, const std::string& key) {
   BatchOutcome& outcome = job.outcome;
   const bool replaces = record_.knows(job.record_name);
-  std::error_code error;
-  fs::create_directories(job.output.parent_path(), error);
-  if (error) return io_error("cannot make the folder " + job.output.parent_path().string(), error);
+  if (Status status = make_folders(job.output.parent_path()); !status.ok()) return status;
   if (Status status = record_.begin(job.record_name); !status.ok()) return status;
   // After a power failure the record must not say that the storage still has the earlier output.
   if (!arguments_.staging.store.empty())
@@ -412,6 +411,8 @@ Status AssetWork::check_output(const Job& job) const {
   if (!arguments_.staging.store.empty()) return {};
   if (!arguments_.force && is_read_only(job.output))
     return io_failure("is read-only; --force replaces it", {.file = job.output.string()});
+  if (file_type_at(job.output) == fs::file_type::character)
+    return wrong_usage("has the name of a device", {.file = job.output.string()});
   const fs::file_status found = fs::symlink_status(job.output, error);
   if (!fs::exists(found) || (record_.knows(job.record_name) && !fs::is_symlink(found))) return {};
   return wrong_usage(job.output.string() +

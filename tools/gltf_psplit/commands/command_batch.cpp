@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "gltf_ext/files/child_process.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -150,19 +151,21 @@ void add_job_options(CLI::App& command, BatchCommandArguments& arguments) {
 }
 
 void add_staging_options(CLI::App& command, StagingCommands& staging) {
-  const std::string group = "Object storage";
+  const std::string group = "Object storage", first = place_of_argument(1), second = place_of_argument(2);
   add_word_option(command, "--fetch", staging.fetch, "CMD",
-                  "Shell command that brings input $1 to file $2, and also the files below its folder that it "
-                  "refers to: buffers, materials, textures. It is not tried again if it exits with 66 (no "
-                  "such input) or 77 (no permission). Needs --manifest")
-      ->group(group);
-  add_word_option(command, "--store", staging.store, "CMD",
-                  "Shell command that takes file $1 away as output $2. The same exit codes")
+                  "Shell command that brings input " + first + " to file " + second +
+                      ", and also the files below its folder that it "
+                      "refers to: buffers, materials, textures. It is not tried again if it exits with 66 (no "
+                      "such input) or 77 (no permission). Needs --manifest")
       ->group(group);
   add_word_option(
-      command, "--fetch-output", staging.fetch_output, "CMD",
-      "Shell command that brings output $1 back to file $2. Each output is then checked after --store, "
-      "and in the next run")
+      command, "--store", staging.store, "CMD",
+      "Shell command that takes file " + first + " away as output " + second + ". The same exit codes")
+      ->group(group);
+  add_word_option(command, "--fetch-output", staging.fetch_output, "CMD",
+                  "Shell command that brings output " + first + " back to file " + second +
+                      ". Each output is then checked after --store, "
+                      "and in the next run")
       ->group(group);
   add_word_option(command, "--stage", staging.folder, "DIR",
                   "Local folder for the files of these commands. Default: a folder below --out-dir")

@@ -149,7 +149,7 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
       return unsupported("this system cannot estimate the memory of a pipe of this format");
     estimate = is_gltf ? 0
                        : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input,
-                                                          makes_coarse(arguments));
+                                                          makes_coarse(arguments), bytes.bytes.bytes().size());
     if (*estimate <= arguments.memory) {
       Expected<Asset> asset =
           read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool);
@@ -169,10 +169,8 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
 
 Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Session& session,
                                WriteReport& written) {
-  std::error_code error;
   std::optional<uint64_t> estimate;
-  if (arguments.memory > 0 && arguments.input != "-" &&
-      std::filesystem::is_regular_file(arguments.input, error))
+  if (arguments.memory > 0 && arguments.input != "-" && is_disk_file(arguments.input))
     estimate =
         kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode, "", makes_coarse(arguments));
   const bool fits = arguments.memory == 0 || (estimate && *estimate <= arguments.memory);

@@ -10,6 +10,7 @@
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/mesh_files/write_mesh_file.h"
 #include "gltf_ext/primitive/mesh_view.h"
@@ -101,7 +102,7 @@ class PlyWriter {
   }
 
   bool write(uint64_t& at, const void* bytes, size_t size) {
-    if (std::fseek(file_, static_cast<long>(at), SEEK_SET) != 0) return false;
+    if (!seek_to(file_, at)) return false;
     at += size;
     return std::fwrite(bytes, 1, size, file_) == size;
   }

@@ -4,6 +4,7 @@
 
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
@@ -31,8 +32,7 @@ struct ValidateArguments {
 // A Draco file is valid if it decodes: reading it is the check.
 bool is_draco_file(const std::string& input) {
   constexpr size_t kMagicBytes = 5;
-  std::error_code error;
-  if (input == "-" || !std::filesystem::is_regular_file(input, error)) return false;
+  if (input == "-" || !is_disk_file(input)) return false;
   const Expected<std::vector<uint8_t>> head = read_file(input, kMagicBytes);
   return head && is_draco(*head);
 }

@@ -19,7 +19,10 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
   if (fs::equivalent(a, b, error)) return true;
   const bool both_exist = fs::exists(a, error) && fs::exists(b, error);
-  return !both_exist && fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+  const auto name_of = [&](const fs::path& path) {
+    return name_to_compare(fs::weakly_canonical(path, error).string());
+  };
+  return !both_exist && name_of(a) == name_of(b);
 }
 
 }  // namespace
@@ -27,7 +30,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 Status check_output_place(const std::string& path, bool force) {
   if (path == "-") return {};
   std::error_code error;
-  const fs::file_type type = fs::status(path, error).type();
+  const fs::file_type type = file_type_at(path);
   if (type == fs::file_type::character || type == fs::file_type::fifo) return {};
   const Place place{.file = path};
   if (type == fs::file_type::directory) return io_failure("is a folder; name a file in it", place);
@@ -39,7 +42,7 @@ Status check_output_place(const std::string& path, bool force) {
   const fs::path folder = target->parent_path().empty() ? fs::path(".") : target->parent_path();
   const fs::file_type folder_type = fs::status(folder, error).type();
   if (folder_type == fs::file_type::not_found)
-    return io_failure("there is no folder " + folder.string(), place);
+    return io_failure("there is no folder " + folder.string() + length_hint(folder), place);
   if (folder_type != fs::file_type::directory) return io_failure(folder.string() + " is not a folder", place);
   if (!may_write_into(folder))
     return io_failure("no permission to write into the folder " + folder.string(), place);
@@ -53,7 +56,7 @@ Status check_free_space(const std::string& output, uint64_t bytes) {
   std::error_code error;
   const fs::space_info space =
       fs::space(target->parent_path().empty() ? fs::path(".") : target->parent_path(), error);
-  const fs::file_type type = fs::status(*target, error).type();
+  const fs::file_type type = file_type_at(*target);
   const bool is_file = type == fs::file_type::regular || type == fs::file_type::not_found;
   // A file system that knows no sizes has a capacity of 0 or of all bits.
   if (!is_file || space.capacity + 1 <= 1 || space.available >= bytes) return {};
@@ -72,8 +75,7 @@ Status check_output_path(const std::string& path, bool force, const std::string&
 }
 
 std::string would_be_written(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error) ? " would be replaced" : " would be written";
+  return is_disk_file(path) ? " would be replaced" : " would be written";
 }
 
 std::optional<AssetFormat> mesh_format_of_output(const std::string& path) {

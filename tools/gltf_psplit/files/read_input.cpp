@@ -1,5 +1,6 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -30,8 +31,7 @@ Expected<Document> read_input(const std::string& path, const Session& session, c
 
 Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder,
                                                 const Progress& progress) {
-  std::error_code error;
-  if (path != "-" && std::filesystem::is_regular_file(path, error)) return std::optional<MappedFile>();
+  if (path != "-" && is_disk_file(path)) return std::optional<MappedFile>();
   const Place place{.file = path == "-" ? "stdin" : path};
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at(place);

@@ -6,6 +6,7 @@
 
 #include "gltf_ext/document/image_bytes.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
@@ -28,8 +29,7 @@ uint64_t buffer_file_bytes(const Json& json, const fs::path& folder) {
   uint64_t bytes = 0;
   for (const fs::path& name : names) {
     std::error_code error;
-    const uintmax_t file_bytes =
-        fs::is_regular_file(folder / name, error) ? fs::file_size(folder / name, error) : 0;
+    const uintmax_t file_bytes = is_disk_file(folder / name) ? fs::file_size(folder / name, error) : 0;
     if (!error) bytes += file_bytes;
   }
   return bytes;
@@ -73,7 +73,7 @@ AssetBytes bytes_on_disk(const std::string& path, const Expected<Json>& json) {
 
 AssetBytes bytes_on_disk(const Document& document) {
   std::error_code error;
-  if (document.source == "-" || !fs::is_regular_file(document.source, error)) return {};
+  if (document.source == "-" || !is_disk_file(document.source)) return {};
   AssetBytes bytes;
   for (const fs::path& file : std::set<fs::path>(document.files.begin(), document.files.end()))
     if (const uintmax_t size = fs::file_size(file, error); !error) bytes.files += size;

@@ -4,6 +4,7 @@
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/read_spool.h"
@@ -56,8 +57,7 @@ Expected<Document> open_large(const std::string& path, const BackendChoice& back
     if (!asset) return asset.status();
     return std::move(asset->document);
   }
-  std::error_code error;
-  if (path != "-" && fs::is_regular_file(path, error)) return read_input(path, session, backend.name);
+  if (path != "-" && is_disk_file(path)) return read_input(path, session, backend.name);
   // A pipe can be read only once: this is the rest of what was looked into.
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limit.folder);
   if (!spooled) return spooled.status().at({.file = path});

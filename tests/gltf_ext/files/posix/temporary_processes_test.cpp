@@ -42,7 +42,7 @@ TEST_F(TemporaryProcesses, WhatALiveWriterHasStays) {
             0);
   remove_dead_temporaries(folder_);
   EXPECT_TRUE(fs::exists(mine.path()));
-  EXPECT_FALSE(mine.rename_to(folder_ / "x.glb"));
+  EXPECT_TRUE(mine.rename_to(folder_ / "x.glb").ok());
   EXPECT_EQ(file_count(), 1);
 }
 
@@ -53,7 +53,7 @@ TEST_F(TemporaryProcesses, ASignalRemovesThem) {
       const StopEndsProcess stop_ends_process;
       const TemporaryFile one(folder_ / "x.glb"), two(folder_ / "y.glb");
       TemporaryFile done(folder_ / "z.glb");
-      if (file_count() != 3 || done.rename_to(folder_ / "z.glb")) return 2;
+      if (file_count() != 3 || !done.rename_to(folder_ / "z.glb").ok()) return 2;
       std::raise(signal);
       return 3;
     });

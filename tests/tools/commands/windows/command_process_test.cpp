@@ -5,11 +5,14 @@
 #include <chrono>
 #include <thread>
 
+#include "gltf_ext/document/document.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json.h"
 #include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 
 namespace psplit {
@@ -111,7 +114,8 @@ TEST_F(CommandProcess, PathsMayBeLong) {
 }
 
 TEST_F(CommandProcess, AnInputThatIsMappedIsReplaced) {
-  ASSERT_EQ(run_process({"generate", path("a.glb"), "--faces", "3000"}), 0) << err_;
+  ASSERT_EQ(run_process({"generate", path("a.glb"), "--faces", "300000"}), 0) << err_;
+  ASSERT_GE(fs::file_size(path("a.glb")), kMappedBytes);
   ASSERT_EQ(run_process({"encode", path("a.glb"), path("b.glb")}), 0) << err_;
   ASSERT_EQ(run_process({"encode", path("a.glb"), path("a.glb"), "--force"}), 0) << err_;
   EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
@@ -140,6 +144,29 @@ TEST_F(CommandProcess, CtrlBreakEndsItWithTheCodeOfWhatMayPass) {
   EXPECT_EQ(read_bytes(path("err")), "gltf-psplit: error: stopped by a signal\n");
   EXPECT_EQ(file_count(), 2u) << "out and err";
   CloseHandle(writer);
+}
+
+TEST_F(CommandProcess, DevicesAreNoBuffers) {
+  for (const char* name : {"CON", "AUX", "COM1", "com1.bin", "NUL"}) {
+    write("a.gltf", std::string(R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": ")") +
+                        name + "\"}]}");
+    EXPECT_EQ(run_process({"encode", path("a.gltf"), path("b.glb")}), exit_code(StatusCode::kIo)) << name;
+    EXPECT_TRUE(contains(err_, "no file")) << err_;
+  }
+}
+
+TEST_F(CommandProcess, TheMemoryOfAPipeIsEstimated) {
+  std::string text;
+  for (int i = 0; i < 3000; ++i) text += "v " + std::to_string(i) + " 0 1\n";
+  for (int i = 1; i < 2999; ++i) text += "f 1 " + std::to_string(i + 1) + " " + std::to_string(i + 2) + "\n";
+  write("a.obj", text);
+  UnnamedFile file = must(UnnamedFile::create(folder_.path()));
+  must(file.write(0, {reinterpret_cast<const uint8_t*>(text.data()), text.size()}));
+  const auto estimate = [](const std::string& name, uint64_t bytes) {
+    return estimate_memory(name, BatchVerb::kEncode, "a.obj", false, bytes);
+  };
+  EXPECT_EQ(estimate(file.path().string(), text.size()), estimate(path("a.obj"), 0));
+  EXPECT_GT(estimate(path("a.obj"), 0), estimate(path("none.obj"), 0));
 }
 
 class BatchProcess : public CommandProcess {
@@ -189,6 +216,30 @@ TEST_F(BatchProcess, StopsAtCtrlBreakAndGoesOn) {
   EXPECT_EQ(run_process(words()), 0) << err_;
 }
 
+TEST_F(BatchProcess, NamesThatDifferInCaseAreTheSame) {
+  for (const char* name : {"in/a.glb", "in/A.ply"}) write(name, "");
+  const auto refuses = [&](const std::vector<std::string>& more, const std::string& what) {
+    std::vector<std::string> given = {"batch"};
+    given.insert(given.end(), more.begin(), more.end());
+    fails(exit_code(StatusCode::kUsage), given, what);
+  };
+  refuses({path("in"), "-o", path("out")}, "would both become");
+  refuses({path("in/*.GLB"), "-o", path("IN")}, "which is for the outputs");
+  refuses({path("in/a.glb"), path("in/A.ply"), "-o", path("Out")}, "would both become");
+  refuses({path("in/*.Glb"), "-o", path("out"), "--report", path("OUT/A.glb")}, "--report would replace");
+  write("plan.jsonl", R"({"input": "in/a.glb", "name": "x.glb"})"
+                      "\n"
+                      R"({"input": "in/A.ply", "name": "X.glb"})"
+                      "\n");
+  fails(exit_code(StatusCode::kUsage), {"batch", "--manifest", path("plan.jsonl"), "-o", path("out"), "-q"},
+        "another asset of the manifest has the same name");
+}
+
+TEST_F(BatchProcess, InputsOfTwoDrivesHaveNoCommonFolder) {
+  fails(exit_code(StatusCode::kUsage), {"batch", "C:\\a.glb", "Z:\\b.glb", "-o", path("out")},
+        "no folder in common");
+}
+
 TEST_F(BatchProcess, AnAssetThatIsLateIsGivenUp) {
   generate(1);
   std::vector<std::string> hasty = words();
@@ -210,12 +261,44 @@ TEST_F(BatchProcess, CommandsBringAndTakeFiles) {
   };
   const int without_input = bring_by("exit /b 66");
   const std::string reason = err_;
-  const int code = bring_by("copy /b %1 %2");
+  // What is read-only is removed at the end, too.
+  const int code = bring_by("copy /b \"%1\" \"%2\" && attrib +r \"%2\"");
   fs::current_path(before);
   EXPECT_EQ(without_input, exit_code(StatusCode::kIo)) << reason;
   EXPECT_TRUE(contains(reason, "--fetch failed: exit code 66"));
   EXPECT_EQ(code, 0) << err_;
   EXPECT_EQ(run_process({"validate", path("far/x & y.glb")}), 0) << err_;
+  for (const auto& entry : fs::directory_iterator(path("done/.gltf-psplit-batch")))
+    EXPECT_FALSE(contains(entry.path().string(), "staged")) << entry.path();
+}
+
+TEST_F(BatchProcess, InputsMayHaveNamesThatOutputsMayNot) {
+  generate(1);
+  write("plan.jsonl", R"({"input": "https://far/x.glb?part=1:2", "name": "x.glb"})"
+                      "\n");
+  EXPECT_EQ(run_process({"batch", "--manifest", path("plan.jsonl"), "-o", path("done"), "-q", "--fetch",
+                         "copy /b " + path("in/0.glb") + " %2"}),
+            0)
+      << err_;
+  EXPECT_EQ(run_process({"validate", path("done/x.glb")}), 0) << err_;
+  write("plan.jsonl",
+        R"({"input_uri": ")" + percent_encode(path("in/0.glb")) + R"(", "name": "Aux.glb"})" + "\n");
+  EXPECT_EQ(run_process({"batch", "--manifest", path("plan.jsonl"), "-o", path("done"), "-q"}),
+            exit_code(StatusCode::kUsage));
+  EXPECT_TRUE(contains(err_, "has the name of a device"));
+}
+
+TEST_F(BatchProcess, FilesBesideAnInputAreFetchedFromItsFolder) {
+  write("far/x/a.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "b/a.bin"}]})");
+  write("far/x/b/a.bin", "abcd");
+  write("plan.jsonl", R"({"input": "far\\x\\a.gltf", "name": "a.glb"})"
+                      "\n");
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_.path());
+  const int code =
+      run_process({"batch", "--manifest", "plan.jsonl", "-o", "done", "-q", "--fetch", "copy /b %1 %2"});
+  fs::current_path(before);
+  EXPECT_EQ(code, 0) << err_;
 }
 
 }  // namespace
