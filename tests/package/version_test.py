@@ -23,6 +23,10 @@ with tempfile.TemporaryDirectory() as name:
         said = re.search(pattern, (copy / file).read_text(), re.M).group(1)
         if said not in ("7.8.9", "7.8"):
             sys.exit(f"{file} says {said} after scripts/release --version 7.8.9")
+    # Debian's changelog gets an entry, and keeps those that it has.
+    old, changelog = ((folder / version.kChangelog).read_text() for folder in (source, copy))
+    if not changelog.endswith("\n" + old) or changelog.count("\n -- ") != old.count("\n -- ") + 1:
+        sys.exit(f"the changelog is {changelog}")
     # One file that was forgotten is noticed.
     text = (copy / "vcpkg.json").read_text()
     (copy / "vcpkg.json").write_text(text.replace("7.8.9", "7.8.8"))
