@@ -64,7 +64,7 @@ def copy(folder, places, without=""):
         text = with_links(source, (root / source).read_text(encoding="utf-8"), files)
         if place == "README.md" and without:
             title, rest = text.split("\n", 1)
-            text = f"{title}\n\nThe command beside this page was built without {without}. docs/portability.md says what it then lacks, " \
+            text = f"{title}\n\nThe command of this package was built without {without}. docs/portability.md says what it then lacks, " \
                    f"under \"What a build may lack\".\n{rest}"
         target.write_text(text, encoding="utf-8")
 

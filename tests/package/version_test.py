@@ -12,7 +12,7 @@ if version.disagreements():
     sys.exit("\n".join(version.disagreements()))
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*version.kPlaces, "scripts/release", *(f"scripts/packages/{part}" for part in ("debian.py", "sbom.py", "version.py"))]:
+    for file in [*version.kPlaces, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
         (copy / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source / file, copy / file)
     release = [sys.executable, copy / "scripts/release", "--version"]
