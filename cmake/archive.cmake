@@ -1,4 +1,4 @@
-# The archive that cpack makes: the command alone, with its manual page, completions and licences. scripts/release has a
+# The archive that cpack makes: the command alone, with its pages, completions and licences. scripts/release has a
 # static command for it.
 if(WIN32)
   set(CPACK_GENERATOR ZIP)
@@ -14,7 +14,34 @@ set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};psplit;command;/")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_THREADS 1) # the same bytes each time
 set(CPACK_VERBATIM_VARIABLES ON)
-install(FILES LICENSE README.md CHANGELOG.md docs/manual.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT command)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT command)
+# The pages, in their folders, with links that work there.
+find_package(Python3 QUIET COMPONENTS Interpreter)
+if(Python3_FOUND)
+  set(lacks)
+  if(NOT PSPLIT_WITH_DRACO)
+    list(APPEND lacks libdraco)
+  endif()
+  if(NOT PSPLIT_WITH_MESHOPTIMIZER)
+    list(APPEND lacks meshoptimizer zstd)
+  endif()
+  if(NOT PSPLIT_WITH_PNG)
+    list(APPEND lacks libpng)
+  endif()
+  list(JOIN lacks ", " lacks)
+  set(places README.md CHANGELOG.md docs gltf_ext/PSPLIT_mesh_draco_patches)
+  set(pages ${PROJECT_BINARY_DIR}/pages)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS docs/* gltf_ext/PSPLIT_mesh_draco_patches/*)
+  set(script ${PROJECT_SOURCE_DIR}/scripts/packages/pages.py)
+  add_custom_command(OUTPUT ${pages}/README.md
+                     COMMAND ${CMAKE_COMMAND} -E rm -rf ${pages}
+                     COMMAND ${Python3_EXECUTABLE} ${script} ${pages} "--without=${lacks}" ${places}
+                     DEPENDS README.md CHANGELOG.md ${sources} ${script} VERBATIM)
+  add_custom_target(psplit_pages ALL DEPENDS ${pages}/README.md)
+  install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT command)
+else()
+  message(STATUS "The pages are left out of what is installed: there is no Python")
+endif()
 # What the licences of linked libraries ask to pass on, for an archive that holds these libraries.
 set(PSPLIT_LICENCES "" CACHE FILEPATH "A file with the licences of all libraries in a static command")
 if(PSPLIT_LICENCES)

@@ -4,6 +4,7 @@ Environment:
     PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if its packages are found, without libdraco
                      and meshoptimizer if one of these is not;
                      CMAKE_ARGS=-DPSPLIT_WITH_DRACO=OFF builds it without libdraco
+    PSPLIT_LICENCES  a file with the licences of linked libraries, which becomes a part of the wheel
     PSPLIT_BUILD     the folder to build in; by default build/wheel-* of the checkout, where a second build is quick
     CMAKE_ARGS       more arguments for CMake
     CMAKE_BUILD_PARALLEL_LEVEL, CMAKE_GENERATOR, CMAKE_CXX_COMPILER_LAUNCHER: as CMake takes them
@@ -44,6 +45,8 @@ class BuildWithCMake(build_ext):
         if not built:
             sys.exit(f"psplit: CMake did not make {module.name}")
         shutil.copy(built[0], module)
+        if "PSPLIT_LICENCES" in os.environ:
+            shutil.copy(os.environ["PSPLIT_LICENCES"], module.parent)
 
     def configure(self, build, encoder, libraries="ON", may_fail=False):
         command = ["cmake", "-S", str(project), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DPSPLIT_BUILD_PYTHON=ON",

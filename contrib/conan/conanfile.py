@@ -5,14 +5,19 @@
 import os
 
 from conan import ConanFile
+from conan.errors import ConanInvalidConfiguration
+from conan.tools.build import check_min_cppstd
 from conan.tools.cmake import CMake, CMakeDeps, CMakeToolchain, cmake_layout
-from conan.tools.files import copy
+from conan.tools.files import copy, rmdir
 
 
 class Psplit(ConanFile):
     name = "psplit"
     version = "0.1.0"
     license = "Apache-2.0"
+    # Examples until the repository has a public address.
+    homepage = "https://example.org/psplit"
+    url = "https://example.org/psplit"
     description = "Draco meshes as balanced patches that decode in parallel"
     topics = ("gltf", "draco", "mesh", "compression")
     package_type = "static-library"
@@ -20,6 +25,12 @@ class Psplit(ConanFile):
     # encoder: psplit::encoder and psplit::gltf. Without it, psplit::decoder needs no other package.
     options = {"encoder": [True, False], "fPIC": [True, False]}
     default_options = {"encoder": True, "fPIC": True}
+    implements = ["auto_shared_fpic"]  # Windows has no fPIC
+
+    def validate(self):
+        if self.settings.compiler == "msvc":
+            raise ConanInvalidConfiguration("psplit does not build with MSVC yet; docs/portability.md says what is left to do")
+        check_min_cppstd(self, 17)  # its headers; its own sources are compiled as C++20
 
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..")
@@ -54,10 +65,13 @@ class Psplit(ConanFile):
     def package(self):
         copy(self, "LICENSE", self.source_folder, os.path.join(self.package_folder, "licenses"))
         CMake(self).install()
+        rmdir(self, os.path.join(self.package_folder, "lib", "pkgconfig"))  # Conan makes these files itself
 
     def package_info(self):
-        # psplit's own CMake package and files for pkg-config are those that users have elsewhere.
+        # psplit's own CMake package is that which users have elsewhere. Its targets psplit::encoder and psplit::decoder come with
+        # that which is named here.
         self.cpp_info.set_property("cmake_find_mode", "none")
+        self.cpp_info.set_property("cmake_target_name", "psplit::gltf" if self.options.encoder else "psplit::decoder")
         self.cpp_info.builddirs.append(os.path.join("lib", "cmake", "psplit"))
         self.cpp_info.libs = ["psplit_decoder"]
         if self.options.encoder:

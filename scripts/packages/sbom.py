@@ -9,6 +9,7 @@ kHeaders = {
 # The Debian packages whose code is in the command, with their licences in SPDX's names.
 kLinked = {
     "libc6-dev": "LGPL-2.1-or-later",
+    "libgcc-12-dev": "GPL-3.0-or-later WITH GCC-exception-3.1",
     "libstdc++-12-dev": "GPL-3.0-or-later WITH GCC-exception-3.1",
     "libpng-dev": "libpng-2.0",
     "libzstd-dev": "BSD-3-Clause OR GPL-2.0-only",
@@ -20,13 +21,18 @@ kLinkedOnWindows = {
     "gcc-mingw-w64-x86-64-posix-runtime": "GPL-3.0-or-later WITH GCC-exception-3.1",
     "libz-mingw-w64-dev": "Zlib",
 } | kHeaders
+kLinkedInWheel = {
+    "libxxhash-dev": "BSD-2-Clause",
+    "nlohmann-json3-dev": "MIT",
+    "pybind11-dev": "BSD-3-Clause",
+}
 kMeshoptimizer = "MIT"
 
 
-def licences(root, linked, meshoptimizer):
-    """The text that an archive passes on. `root` is where the packages are installed or unpacked; `meshoptimizer` is its source,
+def licences(root, linked, meshoptimizer, what="The command"):
+    """The text that a package passes on. `root` is where the packages are installed or unpacked; `meshoptimizer` is its source,
     or None."""
-    parts = ["The command in this archive is linked with these libraries, whose licences follow.\n"]
+    parts = [f"{what} in this package is linked with these libraries, whose licences follow.\n"]
     texts = {package: root / "usr/share/doc" / package / "copyright" for package in linked}
     if meshoptimizer:
         texts["meshoptimizer"] = meshoptimizer / "LICENSE.md"

@@ -1,17 +1,19 @@
 """The version, which CMakeLists.txt says, and every other file that has to repeat it."""
-import pathlib, re
+import datetime, email.utils, os, pathlib, re
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
+kChangelog = "contrib/debian/changelog"
 # Each pattern's group is the version, or its first two numbers where a file asks for these.
 kPlaces = {
     "CMakeLists.txt": r"^project\(psplit VERSION (\S+)",
     "vcpkg.json": r'^  "version": "([^"]+)"',
     "web/package.json": r'^  "version": "([^"]+)"',
     "web/examples/bundlers/package.json": r'"psplit": "([^"]+)"',
-    "contrib/debian/changelog": r"\Apsplit \(([^)-]+)-\d+\)",
+    kChangelog: r"\Apsplit \(([^)-]+)-\d+\)",
     "contrib/vcpkg/psplit/vcpkg.json": r'^  "version": "([^"]+)"',
     "contrib/conan/conanfile.py": r'^    version = "([^"]+)"',
     "contrib/homebrew/psplit.rb": r'^  version "([^"]+)"',
+    ".github/actions/psplit-encode/action.yml": r"^    default: v(\S+)",
     "c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
     "gltf_ext/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
 }
@@ -39,10 +41,22 @@ def disagreements():
             if match.group(1) not in (right, right.rpartition(".")[0])]
 
 
+def changelog_entry(new):
+    """Of Debian's package: its first revision. Its date is $SOURCE_DATE_EPOCH or now."""
+    seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or datetime.datetime.now().timestamp())
+    date = email.utils.format_datetime(datetime.datetime.fromtimestamp(seconds, datetime.timezone.utc))
+    return f"psplit ({new}-1) unstable; urgency=medium\n\n  * Version {new}; CHANGELOG.md says what changed.\n\n" \
+           f" -- The psplit authors <psplit@example.org>  {date}\n\n"
+
+
 def set_version(new):
     if not re.fullmatch(r"\d+\.\d+\.\d+", new):
         raise ValueError(f"{new} is no version such as 1.2.3")
     for file, match in versions().items():
         text = (root / file).read_text()
+        if file == kChangelog and match.group(1) != new:
+            # What it says of older versions stays.
+            (root / file).write_text(changelog_entry(new) + text)
+            continue
         said = new if match.group(1).count(".") == 2 else new.rpartition(".")[0]
         (root / file).write_text(text[:match.start(1)] + said + text[match.end(1):])

@@ -25,7 +25,7 @@ overview = help_of()
 summary = " ".join(overview.split("\n\n")[0].split())
 if sections["NAME"].strip() != f"gltf-psplit - {summary}":
     sys.exit(f"{page}: NAME is not the first sentence of --help: {sections['NAME']}")
-verbs = re.findall(r"^  ([a-z]+)\s", re.search(r"^(?:Subcommands|Commands|Verbs):\n((?:  .*\n)+)", overview, re.M).group(1), re.M)
+verbs = re.findall(r"^  ([a-z]+)\s", re.search(r"^Subcommands:\n((?:  .*\n)+)", overview, re.M).group(1), re.M)
 seen = 0
 for words, heading in [((), "DESCRIPTION")] + [((verb,), f"GLTF-PSPLIT {verb}") for verb in verbs]:
     if heading not in sections:

@@ -29,12 +29,13 @@ def expect(what, found, wanted):
 def check_vcpkg(folder):
     port = source / "contrib/vcpkg/psplit"
     features = json.loads((port / "vcpkg.json").read_text())["features"]
-    for asked in ([], ["encoder"], ["encoder", "tools"]):
+    for asked, linkage in (([], "static"), (["encoder"], "dynamic"), (["encoder", "tools"], "static")):
         script = folder / "port.cmake"
         script.write_text(f"""
 cmake_minimum_required(VERSION 3.22)
 set(FEATURES core {' '.join(asked)})
 set(CURRENT_PACKAGES_DIR {folder}/packages)
+set(VCPKG_LIBRARY_LINKAGE {linkage})
 function(vcpkg_check_features)
   cmake_parse_arguments(A "" OUT_FEATURE_OPTIONS FEATURES ${{ARGN}})
   set(options)
@@ -69,6 +70,7 @@ include({port}/portfile.cmake)
         cache = configure(source, folder / f"vcpkg-{len(asked)}", *options)
         for feature, option in {"encoder": "PSPLIT_BUILD_ENCODER", "tools": "PSPLIT_BUILD_TOOLS"}.items():
             expect(f"vcpkg {asked}: {option}", cache.get(option), "ON" if feature in asked else "OFF")
+        expect(f"vcpkg with {linkage} libraries: PSPLIT_BUILD_C", cache.get("PSPLIT_BUILD_C") in ("1", "ON"), linkage == "dynamic")
         for feature in asked:
             expect(f"vcpkg.json has the feature {feature}", feature in features, True)
 
@@ -94,9 +96,17 @@ class CMakeToolchain:
         pass
 
 
+class InvalidConfiguration(Exception):
+    pass
+
+
 def check_conan(folder):
-    modules = {"conan": {"ConanFile": object}, "conan.tools": {}, "conan.tools.files": {"copy": copy},
-               "conan.tools.cmake": {"CMake": object, "CMakeToolchain": CMakeToolchain, "cmake_layout": None,
+    minima, removed = [], []
+    modules = {"conan": {"ConanFile": object}, "conan.errors": {"ConanInvalidConfiguration": InvalidConfiguration}, "conan.tools": {},
+               "conan.tools.build": {"check_min_cppstd": lambda recipe, minimum: minima.append(minimum)},
+               "conan.tools.files": {"copy": copy, "rmdir": lambda recipe, folder: removed.append(folder)},
+               "conan.tools.cmake": {"CMake": lambda recipe: types.SimpleNamespace(install=lambda: None),
+                                     "CMakeToolchain": CMakeToolchain, "cmake_layout": None,
                                      "CMakeDeps": lambda recipe: types.SimpleNamespace(generate=lambda: None)}}
     for name, members in modules.items():
         sys.modules[name] = types.ModuleType(name)
@@ -108,6 +118,14 @@ def check_conan(folder):
     recipe = module.Psplit()
     recipe.recipe_folder, recipe.export_sources_folder = file.parent, folder / "exported"
     recipe.export_sources()
+    for compiler, valid in (("gcc", True), ("apple-clang", True), ("msvc", False)):
+        recipe.settings = types.SimpleNamespace(compiler=compiler, os="Linux")
+        try:
+            recipe.validate()
+            expect(f"what {compiler} is", True, valid)
+        except InvalidConfiguration as refusal:
+            expect(f"{compiler}: {refusal}", False, valid)
+    expect("the least C++", set(minima), {17})
     for encoder in (False, True):
         recipe.options = types.SimpleNamespace(encoder=encoder)
         required = []
@@ -115,6 +133,14 @@ def check_conan(folder):
         recipe.requirements()
         expect("what the recipe requires", bool(required), encoder)
         recipe.generate()
+        properties = {}
+        recipe.cpp_info = types.SimpleNamespace(builddirs=[], set_property=properties.__setitem__)
+        recipe.package_info()
+        target = properties["cmake_target_name"]
+        expect(f"psplit-config.cmake has {target}", f"#   {target} " in (source / "cmake/psplit-config.cmake.in").read_text(), True)
+        recipe.source_folder, recipe.package_folder = folder / "exported", folder / "package"
+        recipe.package()
+        expect("what is left to Conan", removed.pop(), str(folder / "package/lib/pkgconfig"))
         options = [f"-D{name}={'ON' if value is True else 'OFF' if value is False else value}"
                    for name, value in CMakeToolchain.made.cache_variables.items()]
         configure(folder / "exported", folder / f"conan-{encoder}", *options)

@@ -12,7 +12,7 @@ if version.disagreements():
     sys.exit("\n".join(version.disagreements()))
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*version.kPlaces, "scripts/release", *(f"scripts/packages/{part}" for part in ("debian.py", "sbom.py", "version.py"))]:
+    for file in [*version.kPlaces, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
         (copy / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source / file, copy / file)
     release = [sys.executable, copy / "scripts/release", "--version"]
@@ -23,6 +23,10 @@ with tempfile.TemporaryDirectory() as name:
         said = re.search(pattern, (copy / file).read_text(), re.M).group(1)
         if said not in ("7.8.9", "7.8"):
             sys.exit(f"{file} says {said} after scripts/release --version 7.8.9")
+    # Debian's changelog gets an entry, and keeps those that it has.
+    old, changelog = ((folder / version.kChangelog).read_text() for folder in (source, copy))
+    if not changelog.endswith("\n" + old) or changelog.count("\n -- ") != old.count("\n -- ") + 1:
+        sys.exit(f"the changelog is {changelog}")
     # One file that was forgotten is noticed.
     text = (copy / "vcpkg.json").read_text()
     (copy / "vcpkg.json").write_text(text.replace("7.8.9", "7.8.8"))

@@ -37,6 +37,9 @@ def test_wheel(folder, encoder):
     for needed in ("psplit/__init__.py", "psplit/py.typed", "psplit/_native.pyi", "psplit/meshio_plugin.py"):
         if needed not in files:
             sys.exit(f"{wheel.name} has no {needed}")
+    licence, = (file for file in files if file.endswith("/LICENSE"))
+    if zipfile.ZipFile(wheel).read(licence) != (package.parent / "LICENSE").read_bytes():
+        sys.exit(f"{wheel.name}: {licence} is not the project's")
     venv.create(folder / "venv", system_site_packages=True, with_pip=False)
     python = folder / "venv" / "bin" / "python"
     run(sys.executable, "-m", "pip", "--python", python, "install", "--no-index", "--no-deps", wheel, PYTHONPATH="")

@@ -209,6 +209,8 @@ int run(int argc, char** argv, const char* version) {
   app.formatter(help_formatter());
   app.set_version_flag("-V,--version", std::string("gltf-psplit ") + version, "Print the version and exit")
       ->group("Common options");
+  // CLI11 names these groups in capitals from version 2.5 on. Subcommands take both names from the app.
+  app.group("Subcommands")->option_defaults()->group("Options");
   app.require_subcommand(1);
   CommonOptions common;
   add_common_options(app, common);

@@ -44,13 +44,24 @@ std::string value_range(const CLI::Option& option) {
   return " (" + type.substr(begin + 5, dash - begin - 5) + " to " + type.substr(dash + 3, end - dash - 3) + ")";
 }
 
+// CLI11 2.5 and newer name, order and wrap the parts of a page in another way than older ones. Here the page is
+// put together, and its parts are named, so that it does not depend on the version.
 class HelpFormatter : public CLI::Formatter {
  public:
+  HelpFormatter() { label("POSITIONALS", "Positionals"); }
+
   std::string make_help(const CLI::App* command, std::string name, CLI::AppFormatMode mode) const override {
-    std::string text = CLI::Formatter::make_help(command, std::move(name), mode);
-    // CLI11 puts two empty lines between groups.
+    std::string text = make_description(command) + make_usage(command, std::move(name)) + "\n" +
+                       make_positionals(command) + "\n" + make_groups(command, mode) + "\n" +
+                       make_subcommands(command, mode) + "\n" + command->get_footer() + "\n";
+    // Leaves one empty line between groups.
     for (size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
     return text;
+  }
+
+  std::string make_usage(const CLI::App* command, std::string name) const override {
+    std::string text = CLI::Formatter::make_usage(command, "");
+    return text.insert(text.find(':') + 1, " " + name);
   }
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
