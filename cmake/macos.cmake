@@ -16,4 +16,6 @@ foreach(tool AR RANLIB)
   file(CHMOD ${CMAKE_${tool}} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
 endforeach()
 set(CMAKE_INSTALL_NAME_TOOL true)
+# Its linker makes no bundles. What they hold is linked as a library.
+set(CMAKE_SHARED_MODULE_CREATE_CXX_FLAGS -dynamiclib)
 include(${CMAKE_CURRENT_LIST_DIR}/cross.cmake)

@@ -578,7 +578,7 @@ TEST(EncodeOutOfCore, SaysWhatItCannotRead) {
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
       "end_header\n0 0 0\n");
   EXPECT_EQ(points.code(), StatusCode::kUnsupported);
-  EXPECT_TRUE(contains(points.message(), "point cloud"));
+  EXPECT_TRUE(contains(points.message(), "has no triangles"));
 }
 
 // A document with a large primitive on two nodes and a small one.
