@@ -87,9 +87,10 @@ struct CommandEnd : ProcessEnd {
 };
 
 // Runs `/bin/sh -c command sh arguments...`: the command knows its arguments as $1, $2 ... On Windows cmd.exe
-// runs it, which knows up to nine as %1, %2 ... in quotes, whether or not the command has them, and %% as %; an
-// argument that has a quote is kInvalidInput. Its stdin is empty, and what it prints appears on this process's
-// stderr. `variables` are added to its environment. The command is killed if the calling thread ends.
+// runs it, which knows up to nine: the command writes %1 or "%1", and gets the argument in one pair of quotes;
+// %% is a percent sign. There an argument with a quote or a line break is kInvalidInput. Its stdin is empty,
+// and what it prints appears on this process's stderr. `variables` are added to its environment. The command is
+// killed if the calling thread ends.
 Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
                                const std::vector<std::pair<std::string, std::string>>& variables = {});
 

@@ -37,11 +37,14 @@ std::filesystem::file_type file_type_at(const std::filesystem::path& path);
 inline bool is_disk_file(const std::filesystem::path& path) {
   return file_type_at(path) == std::filesystem::file_type::regular;
 }
-// Whether ** of a pattern goes into what is at a path: a folder that is not hidden. Links may form cycles.
+// Whether ** of a pattern goes into what is at a path: a folder whose name does not begin with a dot and, on
+// Windows, that is not both hidden and of the system. No links, because they may form cycles.
 bool is_searched_folder(const std::filesystem::path& path);
 // A name as the file system compares it: two names of one file become the same. On Windows, case does not
-// count, nor do dots and spaces at the end of a part.
+// count, nor do dots and spaces at the end of a part. On macOS, the case of A to Z does not count.
 std::string name_to_compare(const std::string& name);
+// A name of a new file, with _ for characters that no file system of this system takes.
+std::string allowed_name(std::string name);
 
 // What an error of a path says if the path may be longer than the system takes: "; ..." or nothing.
 std::string length_hint(const std::filesystem::path& path);

@@ -38,8 +38,8 @@ UriKind kind_of_uri(std::string_view uri);
 std::filesystem::path path_of_uri(std::string_view uri, const std::filesystem::path& folder);
 bool leaves_folder(const std::filesystem::path& relative);
 
-// The same for a file that must be in the folder. Errors: kInvalidInput if it leaves the folder, kUnsupported
-// if the URI is not a relative path.
+// The same for a file that must be in the folder. Errors: kUnsupported if it leaves the folder, or if the URI
+// is no relative path; kInvalidInput if it names no file.
 Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri, const std::filesystem::path& folder);
 
 }  // namespace psplit

@@ -46,7 +46,7 @@ def with_links(page, text, files):
             return match.group()
         meant = os.path.normpath(os.path.join(folder, target))
         if not (root / meant).exists():
-            sys.exit(f"pages: {page} has a link to {target}, which does not exist")
+            print(f"pages: {page} has a link to {target}, which does not exist", file=sys.stderr)
         place = place_of(meant, files)
         return words if place is None else f"{image}[{words}]({os.path.relpath(place, new_folder or '.')}{anchor or ''})"
 

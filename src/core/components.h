@@ -63,8 +63,8 @@ class Components {
 };
 
 // Three or four components in one vector register, if the compiler has vectors. Of three, the fourth number
-// means nothing.
-#if defined(__GNUC__) && !PSPLIT_MOVES_ROWS
+// means nothing. PSPLIT_WITHOUT_VECTORS: as for a compiler that has none.
+#if defined(__GNUC__) && !PSPLIT_MOVES_ROWS && !defined(PSPLIT_WITHOUT_VECTORS)
 #define PSPLIT_HAS_VECTORS 1
 template <uint32_t kCount>
 requires(kCount == 3 || kCount == 4) class Components<kCount> {

@@ -6,7 +6,9 @@ source = pathlib.Path(sys.argv[1])
 
 
 def make(folder, *arguments):
-    subprocess.run([sys.executable, source / "scripts/packages/pages.py", folder, *arguments], check=True)
+    done = subprocess.run([sys.executable, source / "scripts/packages/pages.py", folder, *arguments], check=True, capture_output=True, text=True)
+    if done.stderr:
+        sys.exit(done.stderr)
     links = []
     for page in folder.rglob("*.md"):
         text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)

@@ -152,8 +152,9 @@ std::vector<char*> start_command(int argc, char** argv) { return {argv, argv + a
 std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
   std::FILE* const file = std::fopen(path.c_str(), mode);
 #ifdef __APPLE__
-  // There a file of /dev/fd begins where the descriptor was last used. A pipe cannot be moved, and is left.
-  if (file != nullptr && mode[0] == 'r' && path.string().starts_with("/dev/fd/")) std::fseek(file, 0, SEEK_SET);
+  // There these begin where the descriptor was last used. A pipe cannot be moved, and is left.
+  const bool is_shared = path.string().starts_with("/dev/fd/") || path == "/dev/stdin";
+  if (file != nullptr && mode[0] == 'r' && is_shared) std::fseek(file, 0, SEEK_SET);
 #endif
   return file;
 }
@@ -175,7 +176,14 @@ bool is_searched_folder(const std::filesystem::path& path) {
          std::filesystem::is_directory(std::filesystem::symlink_status(path, error));
 }
 
-std::string name_to_compare(const std::string& name) { return name; }
+std::string name_to_compare(const std::string& name) {
+  std::string folded = name;
+#ifdef __APPLE__
+  for (char& c : folded) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+#endif
+  return folded;
+}
+std::string allowed_name(std::string name) { return name; }
 std::string length_hint(const std::filesystem::path&) { return ""; }
 
 Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to) {

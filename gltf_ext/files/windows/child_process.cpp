@@ -413,7 +413,8 @@ Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std
   std::vector<std::pair<std::string, std::string>> settings = variables;
   for (size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i].find_first_of("\"\n\r") != std::string::npos)
-      return invalid_input("the name " + arguments[i] + " has a quote, which cmd.exe cannot pass on");
+      return invalid_input("the name " + arguments[i] +
+                           " has a quote or a line break, which cmd.exe cannot pass on");
     settings.emplace_back(name + std::to_string(i + 1), arguments[i]);
   }
   const std::string text = with_arguments(command, name, arguments.size());

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <shared_mutex>
 #include <thread>
 #include <utility>
 
@@ -190,8 +191,12 @@ void restore_terminal() {
   if (output_code_page != 0) ::SetConsoleOutputCP(output_code_page);
 }
 
+// Held, shared, while a file that is replaced has another name.
+std::shared_mutex files_are_aside;
+
 // The system calls it in a thread of its own, so that it may do anything.
 BOOL WINAPI end_at_stop(DWORD) {
+  files_are_aside.lock();
   RemovedAtStop::remove_all([](const char* name) { ::DeleteFileW(wide(name).c_str()); });
   // On a terminal, the line of a progress bar is overwritten.
   print_in_handler(is_terminal(stderr) ? "\r\033[K" : "");
@@ -254,13 +259,21 @@ DWORD move_patiently(const fs::path& from, const fs::path& to) {
   return rename_patiently([&] { return ::MoveFileExW(from.c_str(), to.c_str(), 0) != 0; });
 }
 
+// The whole path of a file, as the system understands it; empty if there is none. The standard library makes
+// one of a drive from that of a server.
+std::wstring full_path(const fs::path& path) {
+  std::wstring whole(32768, L'\0');
+  const auto room = static_cast<DWORD>(whole.size());
+  whole.resize(std::min(::GetFullPathNameW(path.c_str(), room, whole.data(), nullptr), room));
+  return whole;
+}
+
 // Replaces a file as other systems do: those who have it open keep it. Windows 10 and NTFS can; FAT, older
 // systems that share a folder, and older wine refuse.
 bool replace_open_file(const fs::path& from, const fs::path& to) {
   constexpr auto kRenameEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);  // some headers lack FileRenameInfoEx
   constexpr DWORD kReplace = 1, kAsPosix = 2;
-  std::error_code error;
-  const std::wstring name = fs::absolute(to, error).make_preferred().wstring();
+  const std::wstring name = full_path(to);
   const size_t bytes = name.size() * sizeof(wchar_t);
   std::vector<std::byte> memory(sizeof(FILE_RENAME_INFO) + bytes);
   auto* const info = reinterpret_cast<FILE_RENAME_INFO*>(memory.data());
@@ -268,7 +281,7 @@ bool replace_open_file(const fs::path& from, const fs::path& to) {
   info->FileNameLength = static_cast<DWORD>(bytes);
   std::memcpy(info->FileName, name.c_str(), bytes);
   const SystemHandle file = open_handle(from, DELETE | SYNCHRONIZE, OPEN_EXISTING);
-  return !error && file != nullptr &&
+  return !name.empty() && file != nullptr &&
          ::SetFileInformationByHandle(file.get(), kRenameEx, info, static_cast<DWORD>(memory.size())) != 0;
 }
 
@@ -367,10 +380,7 @@ bool seek_to(std::FILE* file, uint64_t offset) {
 }
 
 fs::file_type file_type_at(const fs::path& path) {
-  std::wstring whole(32768, L'\0');
-  const auto room = static_cast<DWORD>(whole.size());
-  whole.resize(std::min(::GetFullPathNameW(path.c_str(), room, whole.data(), nullptr), room));
-  if (whole.starts_with(L"\\\\.\\")) return fs::file_type::character;
+  if (full_path(path).starts_with(L"\\\\.\\")) return fs::file_type::character;
   std::error_code error;
   return fs::status(path, error).type();
 }
@@ -398,10 +408,15 @@ std::string name_to_compare(const std::string& name) {
   return upper_case(text);
 }
 
+std::string allowed_name(std::string name) {
+  std::ranges::replace_if(
+      name, [](char c) { return std::string_view("<>:\"|?*").find(c) != std::string_view::npos; }, '_');
+  return name;
+}
+
 std::string length_hint(const fs::path& path) {
   constexpr size_t kMost = 247;  // characters of a folder; files have some more
-  std::error_code error;
-  if (fs::absolute(path, error).wstring().size() <= kMost) return "";
+  if (full_path(path).size() <= kMost) return "";
   const FARPROC found = ::GetProcAddress(::GetModuleHandleW(L"ntdll.dll"), "RtlAreLongPathsEnabled");
   const auto are_long_paths_enabled = reinterpret_cast<BOOLEAN(WINAPI*)()>(reinterpret_cast<void*>(found));
   if (are_long_paths_enabled != nullptr && are_long_paths_enabled() != 0) return "";
@@ -416,6 +431,7 @@ Status replace_file(const fs::path& from, const fs::path& to) {
   // No other run removes a file of this name, which may be the only copy.
   const fs::path aside = temporary_path(to).replace_extension(".replaced");
   bool is_aside = false;
+  const std::shared_lock no_stop(files_are_aside);
   DWORD error = rename_patiently([&] {
     if (replace_open_file(from, to) || ::MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_REPLACE_EXISTING) != 0)
       return true;

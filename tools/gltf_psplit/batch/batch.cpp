@@ -354,8 +354,7 @@ class Batch {
 
   // Removes what a killed worker left of an asset.
   void clean_up_after(uint64_t id, const BatchItem& item) const {
-    std::error_code ignored;
-    if (arguments_.staging.any()) fs::remove_all(staged_.path() / std::to_string(id), ignored);
+    if (arguments_.staging.any()) remove_folder(staged_.path() / std::to_string(id));
     if (!arguments_.dry_run) remove_dead_temporaries((arguments_.request.folder / item.name).parent_path());
   }
 

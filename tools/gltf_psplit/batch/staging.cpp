@@ -32,30 +32,8 @@ std::string random_digits() {
   return digits;
 }
 
-// Removes all that can be removed, also what is read-only. Whether the folder is gone.
-bool remove_folder(const fs::path& folder) {
-  std::error_code error, ignored;
-  fs::remove_all(folder, error);
-  if (!error) return true;
-  std::vector<fs::path> found{folder};
-  const auto options = fs::directory_options::skip_permission_denied;
-  for (fs::recursive_directory_iterator entry(folder, options, error), end; !error && entry != end;
-       entry.increment(error)) {
-    fs::permissions(entry->path(), fs::perms::owner_write, fs::perm_options::add | fs::perm_options::nofollow,
-                    ignored);
-    found.push_back(entry->path());
-  }
-  for (auto path = found.rbegin(); path != found.rend(); ++path) fs::remove(*path, ignored);
-  return !fs::exists(fs::symlink_status(folder, error));
-}
-
-// The part of a path behind its folders, where a system might not take some characters of it.
-std::string local_name(const std::string& path) {
-  std::string name = fs::path(path).filename().string();
-  for (char& c : name)
-    if (std::string_view("<>:\"|?*").find(c) != std::string_view::npos) c = '_';
-  return name;
-}
+// The part of a path behind its folders.
+std::string local_name(const std::string& path) { return allowed_name(fs::path(path).filename().string()); }
 
 void remove_dead_folders(const fs::path& place) {
   std::error_code error;
@@ -122,6 +100,22 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
 }
 
 }  // namespace
+
+bool remove_folder(const fs::path& folder) {
+  std::error_code error, ignored;
+  fs::remove_all(folder, error);
+  if (!error) return true;
+  std::vector<fs::path> found{folder};
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator entry(folder, options, error), end; !error && entry != end;
+       entry.increment(error)) {
+    fs::permissions(entry->path(), fs::perms::owner_write, fs::perm_options::add | fs::perm_options::nofollow,
+                    ignored);
+    found.push_back(entry->path());
+  }
+  for (auto path = found.rbegin(); path != found.rend(); ++path) fs::remove(*path, ignored);
+  return !fs::exists(fs::symlink_status(folder, error));
+}
 
 Status StagingFolder::open(const fs::path& place) {
   if (Status status = make_folders(place); !status.ok()) return status;

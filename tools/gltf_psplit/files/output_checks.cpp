@@ -69,7 +69,7 @@ Status check_output_path(const std::string& path, bool force, const std::string&
   const std::string extension = lower_extension(path);
   if (path != "-" && extension != ".glb" && extension != ".gltf")
     return wrong_usage("the output must end in .glb" + (others.empty() ? "" : ", " + others) +
-                           " or .gltf, or be - for a GLB on stdout, or a folder with a / at its end",
+                           " or .gltf, or be - for a GLB on stdout",
                        {.file = path});
   return check_output_place(path, force);
 }

@@ -40,7 +40,7 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* profile = add_choice_option(
       command, "--profile", arguments.profile, {"speed", "balanced", "size"},
       "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
-      "30000 faces for larger primitives. size: at most 4 patches of a primitive, the smallest of Draco's "
+      "30000 faces for larger primitives. size: about 4 patches of a primitive, the smallest of Draco's "
       "predictions for each attribute of a patch, unless --encode-speed is given, and with --condense "
       "the smallest coding; it takes longer to encode and to decode. speed: patches of 4800 faces, of "
       "primitives of any size, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "

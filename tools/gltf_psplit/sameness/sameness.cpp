@@ -21,7 +21,7 @@
 namespace psplit {
 namespace {
 
-// Whether glTF allows the name. A misspelt one would hide differences.
+// Whether it is a name of glTF's.
 bool is_attribute_name(std::string_view name) {
   constexpr std::string_view kKinds[] = {"POSITION", "NORMAL",  "TANGENT", "TEXCOORD_",
                                          "COLOR_",   "JOINTS_", "WEIGHTS_"};
@@ -46,14 +46,12 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto read = read_float(begin, end, tolerance.share);
   const bool valid = read.ec == std::errc() && read.ptr == end && tolerance.share >= 0 && tolerance.share <= 1;
-  const bool is_named = equals != std::string::npos;
-  return valid && (!is_named || is_attribute_name(tolerance.attribute)) ? std::optional(tolerance)
-                                                                        : std::nullopt;
+  return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
 
-// An attribute that the options name may be missing in some of many assets.
-void warn_of_missing_attributes(const CompareRules& rules, std::span<const AssetMeshes, 2> meshes,
-                                const Log& log) {
+// An attribute of glTF that the options name may be missing in some of many assets. Any other name is misspelt,
+// and would hide differences.
+Status check_attributes(const CompareRules& rules, std::span<const AssetMeshes, 2> meshes, const Log& log) {
   std::set<std::string> present;
   for (const AssetMeshes& side : meshes)
     for (const AssetPrimitive& primitive : side.primitives)
@@ -64,8 +62,13 @@ void warn_of_missing_attributes(const CompareRules& rules, std::span<const Asset
   std::set<std::string> named(rules.attributes.begin(), rules.attributes.end());
   for (const auto& [attribute, share] : rules.tolerances)
     if (!attribute.empty()) named.insert(attribute);
-  for (const std::string& attribute : named)
-    if (!present.contains(attribute)) log.warning("neither file has " + attribute);
+  for (const std::string& attribute : named) {
+    if (present.contains(attribute)) continue;
+    if (!is_attribute_name(attribute))
+      return wrong_usage("neither file has " + attribute + ", which is no attribute of glTF");
+    log.warning("neither file has " + attribute);
+  }
+  return {};
 }
 
 void log_what_is_not_compared(const AssetComparison& comparison, const std::string& first,
@@ -101,9 +104,7 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
                   "Default: as much as the quantization grids that the files declare allow")
       ->check([](const std::string& text) {
         return std::string(parse_tolerance(text) ? ""
-                                                 : text +
-                                                       " is neither a number from 0 to 1 nor NAME=NUMBER, "
-                                                       "where NAME is an attribute of glTF");
+                                                 : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
       })
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -112,10 +113,6 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   command
       .add_option("--attributes", options.attributes,
                   "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
-      ->check([](const std::string& name) {
-        return is_attribute_name(name) ? std::string()
-                                       : name + " is no attribute of glTF, such as NORMAL, TEXCOORD_0 or _AREA";
-      })
       ->delimiter(',')
       ->allow_extra_args(false)
       ->needs(second)
@@ -158,7 +155,7 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     if (!placed) return placed.status().at({.file = inputs[side]});
     meshes[side] = *placed;
   }
-  warn_of_missing_attributes(rules, meshes, session.log);
+  if (Status status = check_attributes(rules, meshes, session.log); !status.ok()) return status;
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);
     return compare_assets(meshes[0], meshes[1], rules, {session.pool, fits ? 0 : limit.bytes});
