@@ -188,10 +188,11 @@ Recipe read_recipe(Choices& choices) {
   recipe.given_grid = choices.one_in(16);
   for (int& bits : recipe.bits)
     bits = static_cast<int>(choices.one_in(3) ? choices.below(31) : 8 + choices.below(11));
+  // Tables of symbols would take gigabytes. The largest values are 700 times as far as a given grid.
+  constexpr int kMostGivenBits = 11;
   if (recipe.given_grid)
-    for (int& bits : recipe.bits) bits = std::max(bits, 1);
+    for (int& bits : recipe.bits) bits = std::clamp(bits, 1, kMostGivenBits);
   recipe.bits[Role::NORMAL] = std::max(recipe.bits[Role::NORMAL], 2);
-  // Tables of symbols would take gigabytes.
   constexpr int kMostSymbolBits = 21;
   const bool counts_symbols = *std::ranges::max_element(recipe.bits) <= kMostSymbolBits;
   recipe.entropy_coding = counts_symbols && !choices.one_in(8);
