@@ -1,5 +1,5 @@
 # Toolchain: macOS by the clang of zig (scripts/macos), which has Apple's headers and knows what macOS' libraries hold. PSPLIT_ZIG
-# is its program, and PSPLIT_ARCHITECTURE aarch64 or x86_64. It is for seeing that all compiles and links.
+# is its program, and PSPLIT_ARCHITECTURE aarch64 or x86_64. It is for seeing what compiles and links.
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES PSPLIT_ZIG PSPLIT_ARCHITECTURE)
 set(CMAKE_SYSTEM_NAME Darwin)
 set(CMAKE_SYSTEM_PROCESSOR ${PSPLIT_ARCHITECTURE})
@@ -16,6 +16,4 @@ foreach(tool AR RANLIB)
   file(CHMOD ${CMAKE_${tool}} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
 endforeach()
 set(CMAKE_INSTALL_NAME_TOOL true)
-# Its linker makes no bundles. What they hold is linked as a library.
-set(CMAKE_SHARED_MODULE_CREATE_CXX_FLAGS -dynamiclib)
 include(${CMAKE_CURRENT_LIST_DIR}/cross.cmake)

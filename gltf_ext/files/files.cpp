@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 // `error`: an errno, or a std::error_code.
 template <typename Error>
 Status failure(const char* what, const fs::path& path, const Error& error) {
-  const Status status = io_error(std::string("cannot ") + what, error);
-  return {status.code(), status.message() + length_hint(path), {.file = path == "-" ? "stdin" : path.string()}};
+  return path_error(std::string("cannot ") + what, path, error)
+      .at({.file = path == "-" ? "stdin" : path.string()});
 }
 
 bool write_parts(std::FILE* file, FileParts parts) {
@@ -106,9 +106,12 @@ Status make_folders(const fs::path& folder) {
   if (const fs::path root = folder.root_path(); !root.empty() && !fs::exists(root, error))
     return io_error("cannot make the folder " + folder.string(), ENOENT);
   fs::create_directories(folder, error);
-  if (!error) return {};
-  const Status status = io_error("cannot make the folder " + folder.string(), error);
-  return {status.code(), status.message() + length_hint(folder)};
+  return error ? path_error("cannot make the folder " + folder.string(), folder, error) : Status();
+}
+
+std::string whole_name(const fs::path& path) {
+  std::error_code error;
+  return name_to_compare(fs::weakly_canonical(path, error).string());
 }
 
 Expected<fs::path> follow_links(const fs::path& path) {

@@ -51,6 +51,10 @@ Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const
 // Makes a folder and those above it, unless they exist. Errors: those of io_error.
 Status make_folders(const std::filesystem::path& folder);
 
+// What two paths of one file have in common: its whole path without links, as the file system compares names.
+// Of a file that does not exist yet, the folders that do are followed.
+std::string whole_name(const std::filesystem::path& path);
+
 // What a path leads to if it is a link; that need not exist. Otherwise the path. Errors: kIo for a circle.
 Expected<std::filesystem::path> follow_links(const std::filesystem::path& path);
 

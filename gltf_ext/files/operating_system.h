@@ -15,6 +15,7 @@
 #include <system_error>
 #include <vector>
 
+#include "gltf_ext/files/io_error.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -48,6 +49,12 @@ std::string allowed_name(std::string name);
 
 // What an error of a path says if the path may be longer than the system takes: "; ..." or nothing.
 std::string length_hint(const std::filesystem::path& path);
+// io_error with that. `error`: an errno, or a std::error_code.
+template <typename Error>
+Status path_error(const std::string& what, const std::filesystem::path& path, const Error& error) {
+  const Status status = io_error(what, error);
+  return {status.code(), status.message() + length_hint(path)};
+}
 
 // Renames a file, which may be open, also if `to` exists and is in use. Errors: those of io_error; kMayPass if
 // another process keeps the file from being replaced. Then `to` is as it was, or the message tells its name.

@@ -21,8 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Status failure(const char* what, const fs::path& path, int error) {
-  const Status status = io_error(what, error);
-  return {status.code(), status.message() + length_hint(path), {.file = path.string()}};
+  return path_error(what, path, error).at({.file = path.string()});
 }
 Status read_failure(const fs::path& path, int error) { return failure("cannot read", path, error); }
 

@@ -7,6 +7,7 @@
 
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/temporary_file.h"
@@ -175,17 +176,13 @@ class Batch {
     if (!writes_report_file()) return {};
     if (!arguments_.manifest.empty() && is_asset_name(arguments_.report))
       return wrong_usage("--report " + arguments_.report + " has the name of an asset");
-    const auto name_of = [](const fs::path& path) {
-      std::error_code error;
-      return name_to_compare(fs::weakly_canonical(path, error).string());
-    };
-    const std::string report = name_of(arguments_.report);
+    const std::string report = whole_name(arguments_.report);
     for (const std::string& word : arguments_.request.words)
-      if (word.starts_with('@') && name_of(word.substr(1)) == report)
+      if (word.starts_with('@') && whole_name(word.substr(1)) == report)
         return wrong_usage("--report would replace the list " + word.substr(1));
     for (const BatchItem& item : items_.planned())
       for (const fs::path& path : {arguments_.request.folder / item.name, fs::path(item.input)})
-        if (name_of(path) == report)
+        if (whole_name(path) == report)
           return wrong_usage("--report would replace " + arguments_.report +
                              ", which is an input or an output");
     return {};

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -117,14 +118,10 @@ class Planner {
   // hashes take less memory.
   Status check_outputs(const std::vector<BatchItem>& items) const {
     std::vector<std::pair<Hash128, size_t>> names, files;
-    const auto hash_of_file = [](const fs::path& path) {
-      std::error_code error;
-      return hash_of(name_to_compare(fs::weakly_canonical(path, error).string()));
-    };
     for (size_t i = 0; i < items.size(); ++i) {
       names.emplace_back(hash_of(name_to_compare(items[i].name)), i);
       // Through links, one file may have two names.
-      files.emplace_back(hash_of_file(inputs_[i].whole), i);
+      files.emplace_back(hash_of(whole_name(inputs_[i].whole)), i);
     }
     std::sort(names.begin(), names.end());
     std::sort(files.begin(), files.end());
@@ -133,7 +130,7 @@ class Planner {
         return wrong_usage(items[names[i - 1].second].input + " and " + items[names[i].second].input +
                            " would both become " + (request_.folder / items[names[i].second].name).string());
     for (const BatchItem& item : items) {
-      const Hash128 output = hash_of_file(folder_ / item.name);
+      const Hash128 output = hash_of(whole_name(folder_ / item.name));
       const auto found = std::lower_bound(files.begin(), files.end(), std::pair(output, size_t{0}));
       if (found != files.end() && found->first == output)
         return wrong_usage(item.input + " would replace the input " + items[found->second].input);

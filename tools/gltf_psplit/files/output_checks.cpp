@@ -19,10 +19,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
   if (fs::equivalent(a, b, error)) return true;
   const bool both_exist = fs::exists(a, error) && fs::exists(b, error);
-  const auto name_of = [&](const fs::path& path) {
-    return name_to_compare(fs::weakly_canonical(path, error).string());
-  };
-  return !both_exist && name_of(a) == name_of(b);
+  return !both_exist && whole_name(a) == whole_name(b);
 }
 
 }  // namespace
