@@ -42,17 +42,17 @@ Color color_of_hue(double hue) {
 // that point may be missing.
 std::vector<std::array<uint32_t, 2>> neighbours(std::span<const std::array<uint32_t, 3>> faces,
                                                 uint32_t point_count, std::span<const uint32_t> face_base) {
-  constexpr uint32_t kNone = UINT32_MAX;
-  std::vector<uint32_t> lowest(point_count, kNone),
-      latest(point_count, kNone);  // the lowest and the latest patch that uses a point
+  constexpr uint32_t kNoPatch = UINT32_MAX;
+  std::vector<uint32_t> lowest(point_count, kNoPatch),
+      latest(point_count, kNoPatch);  // the lowest and the latest patch that uses a point
   std::vector<std::array<uint32_t, 2>> pairs;
   for (uint32_t patch = 0; patch + 1 < face_base.size(); ++patch)
     for (uint32_t face = face_base[patch]; face < face_base[patch + 1]; ++face)
       for (const uint32_t point : faces[face]) {
         if (latest[point] == patch) continue;
-        if (lowest[point] == kNone) lowest[point] = patch;
+        if (lowest[point] == kNoPatch) lowest[point] = patch;
         for (const uint32_t other : {lowest[point], latest[point]})
-          if (other != patch && other != kNone) pairs.push_back({patch, other});
+          if (other != patch && other != kNoPatch) pairs.push_back({patch, other});
         latest[point] = patch;
       }
   std::ranges::sort(pairs);

@@ -47,12 +47,13 @@ class Signals : public CommandTest {
 TEST_F(Signals, EndEveryVerbWithTheCodeOfWhatMayPass) {
   const std::string pipe = path("pipe.glb"), out = path("out.glb");
   write("a.glb", "");
-  const std::vector<std::vector<std::string>> commands = {
+  std::vector<std::vector<std::string>> commands = {
       {"encode", pipe, out}, {"decode", pipe, out},
       {"expand", pipe, out}, {"inspect", pipe},
       {"validate", pipe},    {"compare", pipe, path("a.glb")},
       {"compare", pipe},     {"encode", pipe, out, "--memory", "1GB"},
   };
+  if (!has_draco()) std::erase(commands, std::vector<std::string>{"compare", pipe});
   for (const std::vector<std::string>& words : commands)
     for (const int signal : {SIGTERM, SIGINT}) {
       EXPECT_EQ(stopped(words, signal, false), exit_code(StatusCode::kMayPass)) << words.front();

@@ -88,7 +88,8 @@ TEST_F(UserFiles, ReportsAndPicturesReplaceNoInput) {
           << command << file;
     }
     EXPECT_EQ(run({"batch", path("in/a.gltf"), "--out-dir", path("out2"), "--report", path(file)}), 1) << file;
-    EXPECT_EQ(run({"compare", path("in/a.gltf"), "--repeat", "1", "-o", path(file)}), 1) << file;
+    EXPECT_TRUE(run({"compare", path("in/a.gltf"), "--repeat", "1", "-o", path(file)}) == 1 || lacks_library())
+        << file;
     EXPECT_EQ(run({"compare", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;
     EXPECT_EQ(run({"compare", path("out/b.gltf"), path("in/a.gltf"), "-o", path(file)}), 1) << file;
   }
@@ -156,9 +157,10 @@ TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {
     std::string output;
     for (const std::string& word : words)
       if (word.find("/out.") != std::string::npos) output = word;
+    words.push_back("-q");
+    if (run(words) != 0 && lacks_library()) continue;
     std::ofstream(output) << "old";
     fs::permissions(output, fs::perms{0444});
-    words.push_back("-q");
     fails(2, words, "is read-only; --force replaces it");
     EXPECT_EQ(read_bytes(output), "old");
     fs::permissions(output, fs::perms{0640});
