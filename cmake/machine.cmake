@@ -20,4 +20,7 @@ if(NOT MSVC)
 A 32-bit x86 needs SSE2: -DCMAKE_CXX_FLAGS=\"-msse2 -mfpmath=sse\".")
   psplit_require(PSPLIT_KEEPS_FLOATS "!defined(__FAST_MATH__)"
                  "-ffast-math lets the compiler change results. Please build without it.")
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL "MSVC" AND MSVC_VERSION LESS 1930)
+  message(FATAL_ERROR "psplit does not build with this compiler: before Visual Studio 2022 it fuses multiply-adds, so results \
+would differ from other machines'.")
 endif()

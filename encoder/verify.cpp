@@ -150,15 +150,15 @@ Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, c
     if (a.stride() != b.stride() || a.component_type != b.component_type)
       return differs(a.semantic + " changed type");
     const std::vector<double> bounds = error_bounds(codings[i]);
-    constexpr uint32_t kNone = 0xffffffffu;
-    std::vector<uint32_t> first_wrong(range_count(decoded.point_count), kNone);
+    constexpr uint32_t kNoPoint = 0xffffffffu;
+    std::vector<uint32_t> first_wrong(range_count(decoded.point_count), kNoPoint);
     pool.for_ranges(decoded.point_count, kGrain, [&](size_t begin, size_t end) {
       size_t point = begin;
       while (point < end && agree(a, b, source_point[point], point, codings[i], bounds)) ++point;
       if (point < end) first_wrong[begin / kGrain] = source_point[point];
     });
     for (const uint32_t source : first_wrong)
-      if (source != kNone)
+      if (source != kNoPoint)
         return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
   }
   position_error = std::max(position_error.value_or(0), largest_distance(mesh, decoded, source_point, pool));
