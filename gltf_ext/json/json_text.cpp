@@ -1,5 +1,6 @@
 #include "gltf_ext/json/json_text.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace psplit {
@@ -31,15 +32,28 @@ Status check_limits(std::string_view text) {
   return {};
 }
 
+// Where the byte `at` is, counted from 1. An end of the text is behind its last byte.
+std::string place_in(std::string_view text, size_t at) {
+  const std::string_view before = text.substr(0, at > 0 ? at - 1 : 0);
+  const size_t lines = static_cast<size_t>(std::ranges::count(before, '\n'));
+  if (text.find('\n') == text.npos) return "byte " + std::to_string(at);
+  const size_t line_begin = before.rfind('\n') + 1;  // 0 if there is none
+  return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
+}
+
 }  // namespace
 
 Expected<Json> parse_json(std::string_view text) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   if (Status status = check_limits(text); !status.ok()) return status;
-  Json json = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
-  if (json.is_discarded()) return invalid_input("not valid JSON");
-  return json;
+  try {
+    return Json::parse(text.begin(), text.end());
+  } catch (const Json::parse_error& error) {
+    return invalid_input("not valid JSON: " + place_in(text, error.byte));
+  } catch (const Json::exception&) {
+    return invalid_input("the JSON has a number that no double holds");
+  }
 }
 
 std::string json_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
