@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "gltf_ext/files/io_error.h"
@@ -103,8 +104,12 @@ class StopEndsProcess {
 class UnnamedFile {
  public:
   UnnamedFile() = default;
-  UnnamedFile(UnnamedFile&& other) noexcept;
-  UnnamedFile& operator=(UnnamedFile&& other) noexcept;
+  UnnamedFile(UnnamedFile&& other) noexcept { *this = std::move(other); }
+  UnnamedFile& operator=(UnnamedFile&& other) noexcept {
+    std::swap(folder_, other.folder_);
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+  }
   ~UnnamedFile() { close(); }
 
   // Errors: those of io_error.

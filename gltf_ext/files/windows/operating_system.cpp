@@ -656,15 +656,6 @@ Expected<std::optional<std::string>> GroupLock::take(const fs::path& path) {
   return *locked ? std::optional(read_text(handle_of(descriptor_))) : std::nullopt;
 }
 
-UnnamedFile::UnnamedFile(UnnamedFile&& other) noexcept
-    : folder_(std::move(other.folder_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-UnnamedFile& UnnamedFile::operator=(UnnamedFile&& other) noexcept {
-  std::swap(folder_, other.folder_);
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
 void UnnamedFile::close() {
   if (descriptor_ >= 0) ::_close(descriptor_);
   descriptor_ = -1;
