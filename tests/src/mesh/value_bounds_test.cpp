@@ -34,7 +34,7 @@ TEST(ValueBounds, LeaveOutWhatIsNotFinite) {
 
 TEST(ValueBounds, AreThoseOfEachComponent) {
   std::mt19937 random(1);
-  for (const size_t components : {1, 2, 3, 4, 9})
+  for (const size_t components : {1u, 2u, 3u, 4u, 9u})
     for (size_t count = 1; count < 40; ++count) {
       std::vector<float> values(components * count);
       for (float& value : values) value = std::uniform_real_distribution<float>(-9, 9)(random);
