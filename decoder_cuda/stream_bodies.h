@@ -216,7 +216,7 @@ template <typename Index>
 PSPLIT_HD float grid_value(const core::Attribute<Index>& attribute, uint32_t k) {
   if (k == attribute.components) return attribute.step();
   float origin;
-  __builtin_memcpy(&origin, attribute.origin + sizeof origin * k, sizeof origin);
+  core::copy_bytes(&origin, attribute.origin + sizeof origin * k, sizeof origin);
   return origin;
 }
 
@@ -549,9 +549,9 @@ struct WriteStreams {
   template <core::Lanes L>
   PSPLIT_HD static float shuffle_float(L lanes, float value, uint32_t source) {
     uint32_t bits;
-    __builtin_memcpy(&bits, &value, sizeof bits);
+    core::copy_bytes(&bits, &value, sizeof bits);
     bits = lanes.shuffle(bits, source);
-    __builtin_memcpy(&value, &bits, sizeof bits);
+    core::copy_bytes(&value, &bits, sizeof bits);
     return value;
   }
 

@@ -42,7 +42,7 @@ class ByteReader {
   PSPLIT_HD float f32() {
     const uint32_t bits = u32();
     float value;
-    __builtin_memcpy(&value, &bits, sizeof value);
+    copy_bytes(&value, &bits, sizeof value);
     return value;
   }
 
@@ -70,12 +70,12 @@ class ByteReader {
 
 PSPLIT_HD inline uint64_t load_le64(const uint8_t* bytes) {
   uint64_t value;
-  __builtin_memcpy(&value, bytes, sizeof value);
+  copy_bytes(&value, bytes, sizeof value);
   return value;
 }
 PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
   uint32_t value;
-  __builtin_memcpy(&value, bytes, sizeof value);
+  copy_bytes(&value, bytes, sizeof value);
   return value;
 }
 

@@ -63,8 +63,8 @@ class Components {
 };
 
 // Three or four components in one vector register, if the compiler has vectors. Of three, the fourth number
-// means nothing. PSPLIT_WITHOUT_VECTORS: as for a compiler that has none.
-#if defined(__GNUC__) && !PSPLIT_MOVES_ROWS && !defined(PSPLIT_WITHOUT_VECTORS)
+// means nothing. PSPLIT_WITHOUT_VECTORS: as for a compiler that has none, but GCC's functions.
+#if defined(PSPLIT_HAS_BUILTINS) && !PSPLIT_MOVES_ROWS && !defined(PSPLIT_WITHOUT_VECTORS)
 #define PSPLIT_HAS_VECTORS 1
 template <uint32_t kCount>
 requires(kCount == 3 || kCount == 4) class Components<kCount> {
@@ -76,8 +76,8 @@ requires(kCount == 3 || kCount == 4) class Components<kCount> {
  public:
   Components() = default;
   explicit Components(int32_t all) : Components(spread(static_cast<uint32_t>(all))) {}
-  explicit Components(const int32_t* from) { __builtin_memcpy(&lanes_, from, sizeof lanes_); }
-  void store(int32_t* to) const { __builtin_memcpy(to, &lanes_, sizeof lanes_); }
+  explicit Components(const int32_t* from) { copy_bytes(&lanes_, from, sizeof lanes_); }
+  void store(int32_t* to) const { copy_bytes(to, &lanes_, sizeof lanes_); }
 
   friend Components operator+(Components a, Components b) { return Components(a.lanes_ + b.lanes_); }
   friend Components operator-(Components a, Components b) { return Components(a.lanes_ - b.lanes_); }

@@ -54,7 +54,7 @@ PSPLIT_HD constexpr void add_cross(Vec3& sum, Vec3 a, Vec3 b) {
 
 // floor(sqrt(x)), exactly.
 PSPLIT_HD inline uint64_t integer_sqrt(uint64_t x) {
-  auto root = static_cast<uint64_t>(__builtin_sqrt(static_cast<double>(x)));
+  auto root = static_cast<uint64_t>(square_root(static_cast<double>(x)));
   if (root > 0xffffffffu) root = 0xffffffffu;
   while (root * root > x) --root;
   while (root < 0xffffffffu && (root + 1) * (root + 1) <= x) ++root;

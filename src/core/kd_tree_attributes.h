@@ -117,7 +117,7 @@ class KdTreeAttributes {
     const float step = most > 0 ? range / static_cast<float>(most) : 1.0f;
     for (size_t i = 0; i < attribute.values.size() && fault == Fault::kNone; ++i) {
       const float value = static_cast<float>(wrapping_sub(attribute.values[i], most)) * step;
-      __builtin_memcpy(&attribute.values[i], &value, sizeof value);
+      copy_bytes(&attribute.values[i], &value, sizeof value);
     }
     return fault;
   }

@@ -46,7 +46,7 @@ class NormalSteps {
         int32_t s, t;
       } at[kAtOnce];
       PSPLIT_UNROLL
-      for (uint32_t n = 0; n < kAtOnce; ++n) __builtin_memcpy(&at[n], by[n] + 2 * step, sizeof at[n]);
+      for (uint32_t n = 0; n < kAtOnce; ++n) copy_bytes(&at[n], by[n] + 2 * step, sizeof at[n]);
       Ints s{at[0].s, at[1].s, at[2].s, at[3].s}, t{at[0].t, at[1].t, at[2].t, at[3].t};
       chain.step(s, t);
       PSPLIT_UNROLL

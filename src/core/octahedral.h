@@ -83,7 +83,7 @@ class OctahedralGrid {
       out[0] = out[1] = out[2] = 0;
       return;
     }
-    const float inverse = 1.0f / __builtin_sqrtf(square);
+    const float inverse = 1.0f / square_root(square);
     out[0] = x * inverse;
     out[1] = y * inverse;
     out[2] = z * inverse;
@@ -109,7 +109,7 @@ class OctahedralGrid {
     z += choose(z < zero, fold, -fold);
     const Floats square = x * x + y * y + z * z;
     Floats root{};
-    for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = __builtin_sqrtf(square[k]);
+    for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = square_root(square[k]);
     // No float is between this bound and 1e-6, which is what unit_vector compares with.
     const auto is_long = reinterpret_cast<Ints>(square > 1e-6f);
     const auto unit = [=, inverse = 1.0f / root](Floats along) {
@@ -121,7 +121,7 @@ class OctahedralGrid {
     const Floats rows[] = {
         __builtin_shufflevector(low, uz, 0, 1, 4, 4), __builtin_shufflevector(low, uz, 2, 3, 5, 5),
         __builtin_shufflevector(high, uz, 0, 1, 6, 6), __builtin_shufflevector(high, uz, 2, 3, 7, 7)};
-    for (uint32_t k = 0; k < kAtOnce; ++k) __builtin_memcpy(out[k], &rows[k], sizeof out[k]);
+    for (uint32_t k = 0; k < kAtOnce; ++k) copy_bytes(out[k], &rows[k], sizeof out[k]);
   }
 #endif
 

@@ -1,9 +1,19 @@
 // Differences between compilers. The headers of the core build with g++, clang and nvcc, for the host and for
-// the device. The core includes only <cstddef> and <cstdint>.
+// the device. With these the core includes only <cstddef> and <cstdint>.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+
+// PSPLIT_WITHOUT_BUILTINS: as for a compiler that lacks GCC's functions and vectors, such as Microsoft's.
+#if (defined(__GNUC__) || defined(__clang__)) && !defined(PSPLIT_WITHOUT_BUILTINS)
+#define PSPLIT_HAS_BUILTINS 1
+#else
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#endif
 
 #if defined(__CUDACC__)
 #define PSPLIT_HD __host__ __device__
@@ -11,7 +21,7 @@
 #define PSPLIT_HD
 #endif
 
-#if defined(__GNUC__) || defined(__clang__)
+#if defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_LIKELY(x) __builtin_expect(!!(x), 1)
 #define PSPLIT_UNLIKELY(x) __builtin_expect(!!(x), 0)
 #else
@@ -22,17 +32,26 @@
 // For a step of a run: the loop that takes the steps then keeps the state of the run in registers.
 #if defined(__CUDACC__)
 #define PSPLIT_INLINE __forceinline__
-#elif defined(__GNUC__) || defined(__clang__)
+#elif defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_INLINE [[gnu::always_inline]] inline
+#elif defined(_MSC_VER)
+#define PSPLIT_INLINE __forceinline
 #else
 #define PSPLIT_INLINE inline
 #endif
 
 // Loads memory that is needed soon into the cache.
-#if defined(__CUDA_ARCH__)
+#if defined(__CUDA_ARCH__) || !defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_PREFETCH(address) ((void)sizeof(address))
 #else
 #define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
+#endif
+
+// The pointer, which the compiler takes for one to aligned memory.
+#if defined(PSPLIT_HAS_BUILTINS)
+#define PSPLIT_ASSUME_ALIGNED(pointer, alignment) __builtin_assume_aligned(pointer, alignment)
+#else
+#define PSPLIT_ASSUME_ALIGNED(pointer, alignment) (pointer)
 #endif
 
 // The ways of a device through the code, other than those of a processor. A device has few registers and stores
@@ -48,7 +67,7 @@
 // Before a loop over a few runs whose state is kept in registers.
 #if defined(__CUDA_ARCH__)
 #define PSPLIT_UNROLL _Pragma("unroll")
-#elif defined(__CUDACC__)
+#elif defined(__CUDACC__) || !defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_UNROLL
 #else
 #define PSPLIT_UNROLL _Pragma("GCC unroll 8")
@@ -73,8 +92,10 @@
 // checks of what a stream says, and on tests and fuzzers that ran with PSPLIT_CORE_CHECKS.
 #if defined(PSPLIT_CORE_CHECKS) && defined(__CUDA_ARCH__)
 #define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __trap())
-#elif defined(PSPLIT_CORE_CHECKS)
+#elif defined(PSPLIT_CORE_CHECKS) && defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __builtin_trap())
+#elif defined(PSPLIT_CORE_CHECKS)
+#define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : std::abort())
 #else
 #define PSPLIT_CORE_CHECK(x) ((void)0)
 #endif
@@ -108,16 +129,20 @@ struct CopyIf<true, T> {
 PSPLIT_HD inline uint32_t floor_log2(uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return 31 - static_cast<uint32_t>(__clz(static_cast<int>(value | 1)));
-#else
+#elif defined(PSPLIT_HAS_BUILTINS)
   return 31 - static_cast<uint32_t>(__builtin_clz(value | 1));
+#else
+  return 31 - static_cast<uint32_t>(std::countl_zero(value | 1));
 #endif
 }
 // The position of the lowest set bit. `value` is not 0.
 PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<uint32_t>(__ffsll(static_cast<long long>(value))) - 1;
-#else
+#elif defined(PSPLIT_HAS_BUILTINS)
   return static_cast<uint32_t>(__builtin_ctzll(value));
+#else
+  return static_cast<uint32_t>(std::countr_zero(value));
 #endif
 }
 
@@ -125,10 +150,51 @@ PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 PSPLIT_HD inline uint32_t bit_count(uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<uint32_t>(__popc(static_cast<int>(value)));
-#else
+#elif defined(PSPLIT_HAS_BUILTINS)
   return static_cast<uint32_t>(__builtin_popcount(value));
+#else
+  return static_cast<uint32_t>(std::popcount(value));
 #endif
 }
+
+// The bytes in the other order.
+PSPLIT_HD inline uint64_t bytes_reversed(uint64_t value) {
+#if defined(__CUDA_ARCH__)
+  return uint64_t{__byte_perm(static_cast<uint32_t>(value), 0, 0x0123)} << 32 |
+         __byte_perm(static_cast<uint32_t>(value >> 32), 0, 0x0123);
+#elif defined(PSPLIT_HAS_BUILTINS)
+  return __builtin_bswap64(value);
+#else
+  value = (value & 0x00ff00ff00ff00ff) << 8 | (value >> 8 & 0x00ff00ff00ff00ff);
+  value = (value & 0x0000ffff0000ffff) << 16 | (value >> 16 & 0x0000ffff0000ffff);
+  return value << 32 | value >> 32;
+#endif
+}
+
+// What <cstring> and <cmath> have.
+#if defined(PSPLIT_HAS_BUILTINS)
+PSPLIT_HD PSPLIT_INLINE void copy_bytes(void* to, const void* from, size_t count) {
+  __builtin_memcpy(to, from, count);
+}
+PSPLIT_HD PSPLIT_INLINE void set_bytes(void* to, uint8_t value, size_t count) {
+  __builtin_memset(to, value, count);
+}
+PSPLIT_HD PSPLIT_INLINE bool equal_bytes(const void* a, const void* b, size_t count) {
+  return __builtin_memcmp(a, b, count) == 0;
+}
+PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return __builtin_sqrtf(value); }
+PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return __builtin_sqrt(value); }
+#else
+PSPLIT_HD PSPLIT_INLINE void copy_bytes(void* to, const void* from, size_t count) {
+  std::memcpy(to, from, count);
+}
+PSPLIT_HD PSPLIT_INLINE void set_bytes(void* to, uint8_t value, size_t count) { std::memset(to, value, count); }
+PSPLIT_HD PSPLIT_INLINE bool equal_bytes(const void* a, const void* b, size_t count) {
+  return std::memcmp(a, b, count) == 0;
+}
+PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return std::sqrt(value); }
+PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return std::sqrt(value); }
+#endif
 
 // Choices without branches. A mask is all ones if its condition holds, otherwise 0; select returns `a` for all
 // ones.

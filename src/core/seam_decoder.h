@@ -188,7 +188,7 @@ class SeamDecoder {
       const View<const uint8_t> others = seams_of(i);
       bool differs = false;
       if constexpr (L::size() == 1)
-        differs = bytes > 0 && __builtin_memcmp(bits.data(), others.data(), bytes) != 0;
+        differs = bytes > 0 && !equal_bytes(bits.data(), others.data(), bytes);
       else
         for_each_lane_item(lanes, bytes, [&](uint32_t edge) { differs |= bits[edge] != others[edge]; });
       if (!any(lanes, differs)) return i;

@@ -13,7 +13,7 @@ namespace psplit::core {
 template <uint32_t kComponents>
 class GridOrigin {
  public:
-  PSPLIT_HD explicit GridOrigin(const uint8_t* bytes) { __builtin_memcpy(at_, bytes, sizeof at_); }
+  PSPLIT_HD explicit GridOrigin(const uint8_t* bytes) { copy_bytes(at_, bytes, sizeof at_); }
   PSPLIT_HD float operator[](uint32_t k) const { return at_[k]; }
 
  private:
@@ -25,7 +25,7 @@ class GridOrigin<0> {
   PSPLIT_HD explicit GridOrigin(const uint8_t* bytes) : bytes_(bytes) {}
   PSPLIT_HD float operator[](uint32_t k) const {
     float at;
-    __builtin_memcpy(&at, bytes_ + 4 * k, sizeof at);
+    copy_bytes(&at, bytes_ + 4 * k, sizeof at);
     return at;
   }
 
@@ -80,8 +80,8 @@ class ValueWriter {
  private:
   template <bool kAligned, typename T>
   PSPLIT_HD static void store(uint8_t* out, const T& value) {
-    if constexpr (kAligned) out = static_cast<uint8_t*>(__builtin_assume_aligned(out, alignof(T)));
-    __builtin_memcpy(out, &value, sizeof(T));
+    if constexpr (kAligned) out = static_cast<uint8_t*>(PSPLIT_ASSUME_ALIGNED(out, alignof(T)));
+    copy_bytes(out, &value, sizeof(T));
   }
 
   PSPLIT_HD void write_raw(uint32_t value, uint8_t* out) const {

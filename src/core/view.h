@@ -149,7 +149,7 @@ class Arena {
 template <typename T>
 PSPLIT_HD void fill(View<T> view, T value) {
   if constexpr (sizeof(T) == 1) {
-    if (!view.empty()) __builtin_memset(view.data(), static_cast<int>(value), view.size());
+    if (!view.empty()) set_bytes(view.data(), static_cast<uint8_t>(value), view.size());
   } else {
     for (size_t i = 0; i < view.size(); ++i) view[i] = value;
   }
@@ -159,7 +159,7 @@ PSPLIT_HD void fill(View<T> view, T value) {
 template <typename T>
 PSPLIT_HD void copy(View<const T> from, View<T> to) {
   PSPLIT_CORE_CHECK(from.size() <= to.size());
-  if (!from.empty()) __builtin_memcpy(to.data(), from.data(), from.size() * sizeof(T));
+  if (!from.empty()) copy_bytes(to.data(), from.data(), from.size() * sizeof(T));
 }
 
 }  // namespace psplit::core

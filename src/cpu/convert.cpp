@@ -1,5 +1,6 @@
 #include "src/cpu/convert.h"
 
+#include <cmath>
 #include <cstring>
 
 #include "src/core/attributes.h"
@@ -64,7 +65,7 @@ bool to_integer(const Component& component, DataType from, bool normalized, Data
     double value = component.real;
     if (normalized) {
       if (!(value >= 0 && value <= 1)) return false;
-      value = __builtin_floor(value * static_cast<double>(high) + 0.5);
+      value = std::floor(value * static_cast<double>(high) + 0.5);
     } else if (!(value >= static_cast<double>(low) && value < static_cast<double>(high))) {
       return false;
     }

@@ -10,15 +10,7 @@
 
 namespace psplit::core {
 
-PSPLIT_HD inline uint64_t load_be64(const uint8_t* bytes) {
-  const uint64_t value = load_words(bytes);
-#if defined(__CUDA_ARCH__)
-  return uint64_t{__byte_perm(static_cast<uint32_t>(value), 0, 0x0123)} << 32 |
-         __byte_perm(static_cast<uint32_t>(value >> 32), 0, 0x0123);
-#else
-  return __builtin_bswap64(value);
-#endif
-}
+PSPLIT_HD inline uint64_t load_be64(const uint8_t* bytes) { return bytes_reversed(load_words(bytes)); }
 
 // Reads words and bits. Past the end of the section bits are 0 and words are the section's last one; is_at_end
 // is false then. A load is always inside the section, so that the steps of a run need no checks.
@@ -95,7 +87,7 @@ class SectionReader {
 
   PSPLIT_HD static uint32_t load_le16(const uint8_t* bytes) {
     uint16_t value;
-    __builtin_memcpy(&value, bytes, sizeof value);
+    copy_bytes(&value, bytes, sizeof value);
     return value;
   }
   PSPLIT_HD uint64_t last_bits() const {
