@@ -8,11 +8,7 @@ set(PSPLIT_ROOT /usr/x86_64-w64-mingw32)
 include(${CMAKE_CURRENT_LIST_DIR}/cross.cmake)
 # Not the one for a DLL, which CMake finds first.
 set(ZLIB_LIBRARY /usr/x86_64-w64-mingw32/lib/libz.a CACHE FILEPATH "")
-# Debian has no packages of these libraries for it.
-foreach(library DRACO MESHOPTIMIZER PNG)
-  set(PSPLIT_WITH_${library} OFF CACHE BOOL "")
-endforeach()
-set(PSPLIT_THREADS STD CACHE STRING "")
+include(${CMAKE_CURRENT_LIST_DIR}/without_packages.cmake)
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
 set(CMAKE_SHARED_LINKER_FLAGS_INIT -static)
 set(CMAKE_MODULE_LINKER_FLAGS_INIT -static)

@@ -34,9 +34,9 @@ Status check_limits(std::string_view text) {
 
 // Where the byte `at` is, counted from 1. An end of the text is behind its last byte.
 std::string place_in(std::string_view text, size_t at) {
+  if (text.find('\n') == text.npos) return "byte " + std::to_string(at);
   const std::string_view before = text.substr(0, at > 0 ? at - 1 : 0);
   const auto lines = std::count(before.begin(), before.end(), '\n');
-  if (text.find('\n') == text.npos) return "byte " + std::to_string(at);
   const size_t line_begin = before.rfind('\n') + 1;  // 0 if there is none
   return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
 }

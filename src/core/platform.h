@@ -8,11 +8,14 @@
 // PSPLIT_WITHOUT_BUILTINS: as for a compiler that lacks GCC's functions and vectors, such as Microsoft's.
 #if (defined(__GNUC__) || defined(__clang__)) && !defined(PSPLIT_WITHOUT_BUILTINS)
 #define PSPLIT_HAS_BUILTINS 1
+#define PSPLIT_STANDARD(function) __builtin_##function  // a function of C's library
 #else
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <bit>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
+#define PSPLIT_STANDARD(function) ::function
 #endif
 
 #if defined(__CUDACC__)
@@ -95,7 +98,7 @@
 #elif defined(PSPLIT_CORE_CHECKS) && defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __builtin_trap())
 #elif defined(PSPLIT_CORE_CHECKS)
-#define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : std::abort())
+#define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : ::abort())
 #else
 #define PSPLIT_CORE_CHECK(x) ((void)0)
 #endif
@@ -171,30 +174,17 @@ PSPLIT_HD inline uint64_t bytes_reversed(uint64_t value) {
 #endif
 }
 
-// What <cstring> and <cmath> have.
-#if defined(PSPLIT_HAS_BUILTINS)
 PSPLIT_HD PSPLIT_INLINE void copy_bytes(void* to, const void* from, size_t count) {
-  __builtin_memcpy(to, from, count);
+  PSPLIT_STANDARD(memcpy)(to, from, count);
 }
 PSPLIT_HD PSPLIT_INLINE void set_bytes(void* to, uint8_t value, size_t count) {
-  __builtin_memset(to, value, count);
+  PSPLIT_STANDARD(memset)(to, value, count);
 }
 PSPLIT_HD PSPLIT_INLINE bool equal_bytes(const void* a, const void* b, size_t count) {
-  return __builtin_memcmp(a, b, count) == 0;
+  return PSPLIT_STANDARD(memcmp)(a, b, count) == 0;
 }
-PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return __builtin_sqrtf(value); }
-PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return __builtin_sqrt(value); }
-#else
-PSPLIT_HD PSPLIT_INLINE void copy_bytes(void* to, const void* from, size_t count) {
-  std::memcpy(to, from, count);
-}
-PSPLIT_HD PSPLIT_INLINE void set_bytes(void* to, uint8_t value, size_t count) { std::memset(to, value, count); }
-PSPLIT_HD PSPLIT_INLINE bool equal_bytes(const void* a, const void* b, size_t count) {
-  return std::memcmp(a, b, count) == 0;
-}
-PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return std::sqrt(value); }
-PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return std::sqrt(value); }
-#endif
+PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return PSPLIT_STANDARD(sqrtf)(value); }
+PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return PSPLIT_STANDARD(sqrt)(value); }
 
 // Choices without branches. A mask is all ones if its condition holds, otherwise 0; select returns `a` for all
 // ones.

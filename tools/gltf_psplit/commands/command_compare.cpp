@@ -214,8 +214,7 @@ Status check_rivals(const CompareArguments& arguments) {
   if (!has_draco())
     return unsupported(
         "compare with one file measures libdraco, and this psplit was built without it "
-        "(PSPLIT_WITH_DRACO=OFF). To "
-        "compare two files works");
+        "(PSPLIT_WITH_DRACO=OFF). To compare two files works");
   if (arguments.sameness.memory.bytes == 0) return {};
   const MemoryLimit limit = memory_limit(arguments.sameness.memory);
   if (limit.allows(estimate_mesh_bytes(arguments.input, limit))) return {};
