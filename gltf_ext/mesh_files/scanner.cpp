@@ -20,6 +20,32 @@ bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 // Control characters are rare, so one comparison with the space settles most characters.
 bool is_space(char c) { return static_cast<unsigned char>(c) <= ' ' && (is_blank(c) || is_line_end(c)); }
 
+// Numbers that are not finite, as from_chars does not know them. Older libraries of Microsoft print "1.#INF00",
+// "-1.#IND" and "1.#QNAN0", rounded to "1.#J" or with an exponent; others print "nan(ind)" or "NaNQ".
+template <typename T>
+std::optional<T> parse_not_finite(std::string_view word) {
+  constexpr size_t kMostCharacters = 32;
+  if (word.size() > kMostCharacters) return std::nullopt;
+  std::string text(word);
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const bool is_negative = text.starts_with('-');
+  if (is_negative || text.starts_with('+')) text.erase(0, 1);
+  const auto are_all = [](std::string_view part, std::string_view others) {
+    return std::ranges::all_of(
+        part, [&](char c) { return (c >= 'a' && c <= 'z') || is_digit(c) || others.find(c) != others.npos; });
+  };
+  if (text.starts_with("1.#") && text.size() > 3 && !is_digit(text[3]) && are_all(text.substr(3), "+-")) {
+    const T infinite = std::numeric_limits<T>::infinity();
+    if (text.starts_with("1.#inf")) return is_negative ? -infinite : infinite;
+  } else if (text != "nanq" && text != "nans" &&
+             !(text.starts_with("nan(") && text.ends_with(')') &&
+               are_all(text.substr(4, text.size() - 5), "_"))) {
+    return std::nullopt;
+  }
+  return std::numeric_limits<T>::quiet_NaN();
+}
+
 template <typename T>
 std::optional<T> parse_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+') word.remove_prefix(1);
@@ -31,7 +57,10 @@ std::optional<T> parse_number(std::string_view word) {
     else
       return std::from_chars(word.data(), end, value);
   }();
-  if (stop != end || word.empty() || error == std::errc::invalid_argument) return std::nullopt;
+  if (stop != end || word.empty() || error == std::errc::invalid_argument) {
+    if constexpr (std::is_floating_point_v<T>) return parse_not_finite<T>(word);
+    return std::nullopt;
+  }
   if (error == std::errc()) return value;
   if constexpr (std::is_floating_point_v<T>) {
     // Out of range: too large, or so small that it becomes zero.

@@ -62,7 +62,8 @@ class Scanner {
 };
 
 // A number as C writes it, independent of the locale. Nothing if the word is not a number or out of the type's
-// range. A number too small for the type is zero. Floats may be "nan" and "inf", in any case.
+// range. A number too small for the type is zero. Floats may be "nan" and "inf", in any case,
+// and what C libraries print for these ("-1.#IND").
 std::optional<float> parse_float(std::string_view word);
 std::optional<double> parse_double(std::string_view word);
 // Decimal digits after at most one sign.

@@ -49,6 +49,25 @@ TEST(ParseFloat, RoundsAsTheStandardLibrary) {
   EXPECT_TRUE(std::signbit(parse_float("-0").value()));
 }
 
+TEST(ParseFloat, KnowsWhatLibrariesPrintForNoNumber) {
+  for (const char* word : {"nan",        "NaN",  "-nan",  "+NAN",    "nan(ind)",     "-nan(ind)", "NaN(snan)",
+                           "nan(0x7ff)", "NaNQ", "nans",  "1.#QNAN", "-1.#IND",      "1.#IND000", "1.#SNAN",
+                           "-1.#QNAN0",  "1.#J", "-1.#J", "1.#R",    "1.#QNANe+000", "+1.#qnan"}) {
+    EXPECT_TRUE(std::isnan(parse_float(word).value_or(0))) << word;
+    EXPECT_TRUE(std::isnan(parse_double(word).value_or(0))) << word;
+  }
+  for (const char* word : {"inf", "Infinity", "+INF", "1.#INF", "1.#inf00", "+1.#INF", "1.#INF00e+000"}) {
+    EXPECT_EQ(parse_float(word), std::optional(HUGE_VALF)) << word;
+    EXPECT_EQ(parse_double(word), std::optional(HUGE_VAL)) << word;
+    if (word[0] != '+') {
+      EXPECT_EQ(parse_double("-" + std::string(word)), std::optional(-HUGE_VAL)) << word;
+    }
+  }
+  for (const char* word : {"1.#", "1.#1", "1.#.", "2.#IND", "1#IND", "1.#IN D", "1.#IND!", "nan(", "nan)",
+                           "nan(-)", "nano", "--1.#IND", "#IND"})
+    EXPECT_FALSE(parse_float(word)) << word;
+}
+
 TEST(ParseInteger, TakesDigitsAfterASign) {
   EXPECT_EQ(parse_integer("0"), 0);
   EXPECT_EQ(parse_integer("000123456789"), 123456789);
