@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "gltf_ext/json/text_encoding.h"
+
 namespace psplit {
 namespace {
 
@@ -44,8 +46,8 @@ std::string place_in(std::string_view text, size_t at) {
 }  // namespace
 
 Expected<Json> parse_json(std::string_view text) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  text = without_byte_order_mark(text);
+  if (Status status = check_text_encoding(text); !status.ok()) return status;
   if (Status status = check_limits(text); !status.ok()) return status;
   try {
     return Json::parse(text.begin(), text.end());

@@ -14,7 +14,7 @@ inline constexpr int kMaxJsonDepth = 256;
 
 // Skips a UTF-8 byte order mark. kInvalidInput if the text is not JSON or not UTF-8 (it says where), if it
 // nests deeper than kMaxJsonDepth, or if an object has more members than any asset needs (their look-up is
-// linear).
+// linear). kUnsupported for UTF-16 and UTF-32.
 Expected<Json> parse_json(std::string_view text);
 
 // JSON on one line. Bytes that are not UTF-8 become U+FFFD.

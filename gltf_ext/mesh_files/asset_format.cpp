@@ -5,6 +5,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/json/glb.h"
+#include "gltf_ext/json/text_encoding.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/off.h"
@@ -15,8 +16,6 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 struct Extension {
   std::string_view text;
@@ -71,7 +70,6 @@ std::optional<AssetFormat> format_of_content(Scanner& scanner) {
   head = scanner.peek(size_t{1} << 16);
   if (head.starts_with("ply\n") || head.starts_with("ply\r") || head.starts_with("ply "))
     return AssetFormat::kPly;
-  if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
   const std::string_view word = first_word(head);
   if (word.starts_with('{')) return AssetFormat::kGltf;
   if (is_off_keyword(word)) return AssetFormat::kOff;
@@ -97,11 +95,11 @@ Expected<Scanner> open_scanner(std::unique_ptr<ByteStream> stream) {
   if (packed) stream = unpack_gzip(std::move(stream));
   Scanner scanner(std::move(stream));
   if (scanner.at_end()) return scanner.failure().ok() ? invalid_input("the file is empty") : scanner.failure();
+  if (has_size_of_binary_stl(scanner)) return scanner;  // its header may be any bytes
+  const std::string_view text = scanner.peek(size_t{1} << 6);
+  if (Status status = check_text_encoding(text); !status.ok()) return status;
+  scanner.skip(text.size() - without_byte_order_mark(text).size());
   return scanner;
-}
-
-void skip_byte_order_mark(Scanner& scanner) {
-  if (scanner.peek(kByteOrderMark.size()) == kByteOrderMark) scanner.skip(kByteOrderMark.size());
 }
 
 bool is_asset_name(const fs::path& path) { return format_of_name(path).has_value(); }

@@ -16,11 +16,10 @@ enum class AssetFormat { kGltf, kDraco, kPly, kObj, kStl, kOff };
 // decides. Nothing for another format.
 std::optional<AssetFormat> format_of(Scanner& scanner, const std::filesystem::path& source);
 
-// A scanner of the stream, unpacked if it is gzip. Errors: those of the stream, kInvalidInput if it is empty.
+// A scanner of the stream, unpacked if it is gzip, and without the byte order mark that some programs write
+// before UTF-8. Errors: those of the stream, kInvalidInput if it is empty, kUnsupported for text in UTF-16 or
+// UTF-32.
 Expected<Scanner> open_scanner(std::unique_ptr<ByteStream> stream);
-
-// Skips the mark that some programs write before UTF-8.
-void skip_byte_order_mark(Scanner& scanner);
 
 // Whether the extension of a name is one of these formats, in any case: ".ply" and ".ply.gz", for example.
 bool is_asset_name(const std::filesystem::path& path);

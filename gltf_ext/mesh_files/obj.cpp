@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/point_table.h"
 
 namespace psplit {
@@ -349,8 +350,11 @@ class ObjReader {
     Expected<std::unique_ptr<ByteStream>> stream = open_library_(name);
     if (!stream) return false;
     libraries_.insert(name);
-    Scanner scanner(std::move(*stream));
-    materials_.read(scanner, file_.losses);
+    if (Expected<Scanner> scanner = open_scanner(std::move(*stream)))
+      materials_.read(*scanner, file_.losses);
+    else
+      file_.losses.say("the library of materials " + in_quotes(name) +
+                       " is not read: " + scanner.status().message());
     return true;
   }
 

@@ -92,7 +92,6 @@ Expected<Asset> asset_of(Expected<Document> document) {
 
 Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source,
                                const ThreadPool& pool) {
-  if (format != AssetFormat::kStl) skip_byte_order_mark(scanner);
   std::vector<fs::path> libraries;
   Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner, pool)
                             : format == AssetFormat::kStl ? read_stl(scanner)

@@ -44,7 +44,6 @@ bool has_room(uint64_t bytes, const PlyHeader& header, const ExpectedSizes& size
 
 Status read_ply_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check,
                    const ThreadPool& pool) {
-  skip_byte_order_mark(scanner);
   const Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return header.status();
   const ExpectedSizes sizes = expected_sizes(*header);
@@ -69,7 +68,6 @@ Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const Che
 
 Status read_obj_to(Scanner& scanner, const SpoolOptions& options, const OpenLibrary& open_library,
                    MeshSpool& spool, Losses& losses, const CheckSizes& check, ObjHead& head) {
-  skip_byte_order_mark(scanner);
   Expected<ObjSpool> values = ObjSpool::create(options.folder);
   if (!values) return values.status();
   Expected<ObjHead> read = read_obj_into(scanner, open_library, *values);

@@ -144,6 +144,28 @@ TEST(Obj, TexturesArePlacedAndBumpMapsAreNormals) {
       "the bump map \"grey.png\" is grey, so it looks like heights; glTF takes it for normals\n");
 }
 
+TEST(Obj, LibrariesAreTextOfAnyProgram) {
+  const TestFolder folder;
+  std::string material = "newmtl red\r\nKd 1 0 0\r\n", wide = "\xFF\xFE";
+  for (const char c : material) wide += {c, '\0'};
+  std::ofstream(folder / "marked.mtl", std::ios::binary) << "\xEF\xBB\xBF" << material;
+  std::ofstream(folder / "wide.mtl", std::ios::binary) << wide;
+  std::ofstream(folder / "empty.mtl");
+  const auto read = [&](const std::string& library) {
+    std::ofstream(folder / "asset.obj") << "mtllib " + library + "\n" + kSquare + "usemtl red\nf 1 2 3\n";
+    return read_asset(folder / "asset.obj", describe_stream);
+  };
+  const Expected<Asset> marked = read("marked.mtl");
+  EXPECT_EQ(must(marked).document.json()["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"],
+            Json::array({1.0f, 0.0f, 0.0f, 1.0f}));
+  EXPECT_EQ(warnings_of(marked), "");
+  EXPECT_EQ(warnings_of(read("wide.mtl")),
+            "the library of materials \"wide.mtl\" is not read: text in UTF-16, and only UTF-8 is read: save "
+            "it as UTF-8\n"
+            "1 material is in no library: it gets only its name\n");
+  EXPECT_TRUE(contains(warnings_of(read("empty.mtl")), "is not read: the file is empty\n"));
+}
+
 TEST(Obj, LibrariesStayBesideTheFile) {
   const TestFolder folder;
   std::filesystem::create_directories(folder / "inner");

@@ -45,6 +45,17 @@ std::string gltf() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+// A triangle in JSON.
+std::string text_of_gltf() {
+  return R"({"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "data:,)" +
+         std::string("%00%00%00%00%00%00%00%00%00%00%00%00%00%00%80%3F%00%00%00%00%00%00%00%00") +
+         "%00%00%00%00%00%00%80%3F%00%00%00%00\"}]}";
+}
+
+const std::string kMark = "\xEF\xBB\xBF";
+
 TEST(ReadAsset, ContentTellsTheFormatWhateverTheName) {
   for (const std::string& file : {kObj, kOff, kPly, kStl, gltf()})
     for (const std::string name :
@@ -53,7 +64,71 @@ TEST(ReadAsset, ContentTellsTheFormatWhateverTheName) {
       EXPECT_TRUE(read_text(gzip(file), name).ok()) << name;
       EXPECT_EQ(read_text(file, name)->document.source, name);
     }
-  EXPECT_EQ(mesh_of(read_text("\xef\xbb\xbf# a byte order mark\n" + kObj)).faces.size(), 1u);
+}
+
+TEST(ReadAsset, ByteOrderMarksAreSkippedInEveryText) {
+  const std::string triangle = text_of_gltf();
+  for (const std::string& file : {kObj, kOff, kPly, kStl, triangle, "mtllib none.mtl\n" + kObj, "\r\n" + kStl})
+    for (const char* name : {"-", "a.obj", "a.stl", "a.txt"})
+      for (const std::string& text : {kMark + file, gzip(kMark + file)})
+        EXPECT_EQ(mesh_of(read_text(text, name)).faces.size(), 1u) << file << name;
+  // The bytes of a mark are data where the size says that the file is binary.
+  std::string stl(84 + 50, '\0');
+  stl.replace(0, 3, kMark);
+  stl[80] = 1;
+  stl[84 + 12] = stl[84 + 28] = 64;
+  EXPECT_EQ(mesh_of(read_text(stl, "a.stl")).faces.size(), 1u);
+}
+
+TEST(ReadAsset, NormalsThatAreNoNumbersAreMadeFromTheFaces) {
+  for (const std::string nan : {"-1.#IND", "1.#QNAN", "-nan(ind)", "1.#INF", "-1.#J", "nan"}) {
+    const std::string vector = nan + " " + nan + " " + nan;
+    std::string ply = kPly;
+    ply.replace(ply.find("element face"), 0, "property float nx\nproperty float ny\nproperty float nz\n");
+    ply.replace(ply.find("0 0 0\n1 0 0\n0 1 0\n"), 18, "0 0 0 " + vector + "\n1 0 0 0 0 1\n0 1 0 0 0 1\n");
+    const std::string files[] = {
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn " + vector + "\nvn 0 0 1\nf 1//1 2//2 3//2\n", ply,
+        "NOFF\n3 1 0\n0 0 0 " + vector + "\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n",
+        "solid\nfacet normal " + vector +
+            "\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+            "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+            "0\nendloop\nendfacet\nendsolid\n"};
+    for (const std::string& file : files) {
+      const Expected<Asset> asset = read_text(file);
+      const std::vector<float> normals = floats_of(mesh_of(asset), "NORMAL");
+      ASSERT_GE(normals.size(), 9u) << file;
+      for (size_t i = 0; i < normals.size(); ++i) EXPECT_EQ(normals[i], i % 3 == 2 ? 1 : 0) << file;
+      EXPECT_TRUE(contains(warnings_of(asset), "made from the faces around")) << file;
+    }
+    EXPECT_EQ(message_of("v 0 0 " + nan + "\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+              "line 1: a position that is not finite");
+  }
+}
+
+TEST(ReadAsset, OtherEncodingsAreNamed) {
+  const auto wide = [](const std::string& text, size_t width, bool big_endian) {
+    std::string units;
+    for (const char c : text) {
+      std::string unit(width, '\0');
+      unit[big_endian ? width - 1 : 0] = c;
+      units += unit;
+    }
+    return units;
+  };
+  const std::string gltf_text = text_of_gltf();
+  for (const std::string& file : {kObj, kOff, kPly, kStl, gltf_text})
+    for (const bool big_endian : {false, true})
+      for (const size_t width : {size_t{2}, size_t{4}}) {
+        std::string mark = big_endian ? "\xFE\xFF" : "\xFF\xFE";
+        mark.insert(big_endian ? 0 : 2, width - 2, '\0');
+        for (const char* name : {"-", "a.obj", "a.stl", "a.gltf", "a.ply"})
+          for (const std::string& text : {wide(file, width, big_endian), mark + wide(file, width, big_endian)})
+            EXPECT_EQ(message_of(text, name, StatusCode::kUnsupported),
+                      std::string("text in ") + (width == 2 ? "UTF-16" : "UTF-32") +
+                          ", and only UTF-8 is read: save it as UTF-8");
+      }
+  const std::string gltf_wide = wide(gltf_text, 2, false);
+  EXPECT_EQ(parse_document(bytes_of(gltf_wide), "a.gltf").status().code(), StatusCode::kUnsupported);
 }
 
 TEST(ReadAsset, TheNameDecidesWhereTheContentDoesNot) {

@@ -239,9 +239,9 @@ Counts counts_of_mesh_file(const std::string& path, const std::string& name, uin
   std::vector<uint8_t> front(4);
   front.resize((*stream)->read(front));
   const bool is_packed = is_gzip(front);
-  std::unique_ptr<ByteStream> content = join_streams(front, std::move(*stream));
-  if (is_packed) content = unpack_gzip(std::move(content));
-  Scanner scanner(std::move(content));
+  Expected<Scanner> opened = open_scanner(join_streams(front, std::move(*stream)));
+  if (!opened) return {};
+  Scanner& scanner = *opened;
   const uint64_t bytes = is_packed ? unpacked_bytes(path, file_bytes) : file_bytes;
   const std::optional<AssetFormat> format = format_of(scanner, name);
   constexpr size_t kHead = 64;
