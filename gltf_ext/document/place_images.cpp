@@ -136,7 +136,7 @@ class ImagePlacer {
       if (*written != wanted)
         report_.notes.push_back(link.place + ", \"" + link.uri + "\", is copied as " + written->string());
     }
-    if (found->second != link.relative) image_of(link)["uri"] = uri_of_path(found->second);
+    if (!is_plain_uri_of(link.uri, found->second)) image_of(link)["uri"] = uri_of_path(found->second);
     ++report_.copied_images;
     return {};
   }

@@ -23,6 +23,15 @@ bool starts_with_folded(std::string_view text, std::string_view prefix) {
          std::equal(prefix.begin(), prefix.end(), text.begin(), [](char a, char b) { return a == lower(b); });
 }
 
+bool is_url_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\f' || c == '\r'; }
+
+// Browsers ignore spaces and ends of lines around a URI.
+std::string_view trimmed(std::string_view uri) {
+  while (!uri.empty() && is_url_space(uri.front())) uri.remove_prefix(1);
+  while (!uri.empty() && is_url_space(uri.back())) uri.remove_suffix(1);
+  return uri;
+}
+
 // "http:" and also "C:": neither names a file in the asset's folder.
 bool has_scheme(std::string_view uri) {
   if (uri.empty() || !is_letter(uri[0])) return false;
@@ -39,44 +48,73 @@ constexpr std::array<int8_t, 256> base64_values() {
   constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   for (size_t i = 0; i < kAlphabet.size(); ++i)
     values[static_cast<unsigned char>(kAlphabet[i])] = static_cast<int8_t>(i);
+  values['-'] = values['+'];  // the alphabet for URLs and names of files
+  values['_'] = values['/'];
   return values;
 }
 
+// As browsers decode it: lines may end anywhere, and padding may be missing.
 Expected<std::vector<uint8_t>> decode_base64(std::string_view text) {
   static constexpr std::array<int8_t, 256> kValues = base64_values();
-  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-  if (text.size() % 4 == 1) return invalid_input("base64 data ends early");
   std::vector<uint8_t> bytes;
   bytes.reserve(text.size() / 4 * 3 + 3);
   uint32_t bits = 0;
   int bit_count = 0;
-  for (const char c : text) {
-    const int value = kValues[static_cast<unsigned char>(c)];
-    if (value < 0) return invalid_input("a character that is not base64");
+  bool is_padded = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const int value = kValues[static_cast<unsigned char>(text[i])];
+    if (is_url_space(text[i])) continue;
+    if (text[i] == '=') {
+      is_padded = true;
+      continue;
+    }
+    if (value < 0) return invalid_input("character " + std::to_string(i + 1) + " of the data is not base64");
+    if (is_padded)
+      return invalid_input("character " + std::to_string(i + 1) + " of the data is after the end of base64");
     bits = bits << 6 | static_cast<uint32_t>(value);
     bit_count += 6;
     if (bit_count < 8) continue;
     bit_count -= 8;
     bytes.push_back(static_cast<uint8_t>(bits >> bit_count & 0xff));
   }
+  if (bit_count == 6) return invalid_input("base64 data ends early");
   return bytes;
+}
+
+// Whether the front of a data URI ends as ";base64", and without that.
+bool is_base64(std::string_view header) {
+  constexpr std::string_view kBase64 = "base64";
+  header = trimmed(header);
+  if (header.size() < kBase64.size() ||
+      !starts_with_folded(header.substr(header.size() - kBase64.size()), kBase64))
+    return false;
+  return trimmed(header.substr(0, header.size() - kBase64.size())).ends_with(';');
+}
+
+std::string with_slashes(std::string_view text) {
+  std::string changed(text);
+  std::replace(changed.begin(), changed.end(), '\\', '/');
+  return changed;
+}
+
+fs::path plain_path_of(std::string_view uri) {
+  return fs::path(percent_decode(with_slashes(uri))).lexically_normal();
 }
 
 }  // namespace
 
-bool is_data_uri(std::string_view uri) { return starts_with_folded(uri, "data:"); }
+bool is_data_uri(std::string_view uri) { return starts_with_folded(trimmed(uri), "data:"); }
 
 Expected<std::vector<uint8_t>> decode_data_uri(std::string_view uri) {
   const size_t comma = uri.find(',');
   if (!is_data_uri(uri) || comma == std::string_view::npos) return invalid_input("a data URI without data");
-  const std::string_view header = uri.substr(0, comma);
   const std::string_view data = uri.substr(comma + 1);
-  constexpr std::string_view kBase64 = ";base64";
-  const bool base64 = header.size() >= kBase64.size() &&
-                      starts_with_folded(header.substr(header.size() - kBase64.size()), kBase64);
+  const bool base64 = is_base64(uri.substr(0, comma));
   if (base64 && data.find('%') == std::string_view::npos) return decode_base64(data);
-  const std::string decoded = percent_decode(data);
-  if (base64) return decode_base64(decoded);
+  if (base64) return decode_base64(percent_decode(data));
+  std::string lines(trimmed(data));
+  std::erase_if(lines, [](char c) { return c == '\t' || c == '\n' || c == '\r'; });
+  const std::string decoded = percent_decode(lines);
   return std::vector<uint8_t>(decoded.begin(), decoded.end());
 }
 
@@ -122,6 +160,7 @@ std::string uri_of_path(const fs::path& path) {
 }
 
 UriKind kind_of_uri(std::string_view uri) {
+  uri = trimmed(uri);
   if (starts_with_folded(uri, "http:") || starts_with_folded(uri, "https:")) return UriKind::kWeb;
   if (starts_with_folded(uri, "file:") || uri.starts_with('\\')) return UriKind::kAbsolute;
   // Escaped, a colon is a character of a name.
@@ -132,16 +171,28 @@ UriKind kind_of_uri(std::string_view uri) {
 }
 
 fs::path path_of_uri(std::string_view uri, const fs::path& folder) {
-  const auto with_slashes = [](std::string text) {
-    std::replace(text.begin(), text.end(), '\\', '/');
-    return text;
+  const fs::path path = plain_path_of(uri);
+  std::vector<fs::path> others;
+  const auto add = [&](fs::path other) {
+    other = other.lexically_normal();
+    if (other != path && !other.empty() && !other.has_root_path()) others.push_back(std::move(other));
   };
-  const std::string decoded = percent_decode(with_slashes(std::string(uri)));
-  const fs::path path = fs::path(decoded).lexically_normal();
-  const fs::path other = fs::path(with_slashes(decoded)).lexically_normal();
+  add(with_slashes(percent_decode(uri)));
+  // Many exporters write the name as it is, although it has characters that a URI escapes.
+  add(with_slashes(uri));
+  add(std::string(uri));
+  add(plain_path_of(uri.substr(0, uri.find_first_of("?#"))));
+  add(plain_path_of(trimmed(uri)));
   std::error_code error;
-  const bool may_be_other = path != other && !other.has_root_path();
-  return may_be_other && !fs::exists(folder / path, error) && fs::exists(folder / other, error) ? other : path;
+  if (others.empty() || fs::exists(folder / path, error)) return path;
+  const auto is_there = [&](const fs::path& other) { return fs::exists(folder / other, error); };
+  const auto found = std::ranges::find_if(others, is_there);
+  return found == others.end() ? path : *found;
+}
+
+bool is_plain_uri_of(std::string_view uri, const fs::path& path) {
+  return uri.find_first_of("?#\\") == std::string_view::npos &&
+         fs::path(percent_decode(uri)).lexically_normal() == path;
 }
 
 bool leaves_folder(const fs::path& relative) {

@@ -13,7 +13,8 @@ namespace psplit {
 
 bool is_data_uri(std::string_view uri);
 
-// The bytes of a data URI, base64 or percent-encoded.
+// The bytes of a data URI, base64 or percent-encoded. Base64 may have spaces and ends of lines, may lack its
+// padding, and may be of the alphabet for URLs.
 Expected<std::vector<uint8_t>> decode_data_uri(std::string_view uri);
 
 // Escapes like "%20" become bytes; a percent sign that does not start an escape stays.
@@ -33,9 +34,11 @@ enum class UriKind {
 UriKind kind_of_uri(std::string_view uri);
 
 // The path of a relative URI, from `folder`. It may leave the folder. A backslash stands between folders, as
-// exporters on Windows write it. "%5C" is a character of a name, unless only a file of the other reading
-// exists.
+// exporters on Windows write it. If there is no file of that name, the one of another reading is taken: "%5C"
+// as a slash, the text as it is ("a%20b.bin" is a name, too), or without its query and fragment.
 std::filesystem::path path_of_uri(std::string_view uri, const std::filesystem::path& folder);
+// Whether a reader that knows only the plain reading finds `path` by the URI.
+bool is_plain_uri_of(std::string_view uri, const std::filesystem::path& path);
 bool leaves_folder(const std::filesystem::path& relative);
 
 // The same for a file that must be in the folder. Errors: kUnsupported if it leaves the folder, or if the URI

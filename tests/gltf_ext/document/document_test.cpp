@@ -381,12 +381,6 @@ TEST(Glb, RefusesMoreThanFourGigabytes) {
             "a GLB holds at most 4 GB, but this one takes at least 4294967296 bytes; write a .gltf");
 }
 
-TEST(Uri, PercentCodingRoundTrips) {
-  EXPECT_EQ(percent_decode(percent_encode("a b/%\xC3\xA9")), "a b/%\xC3\xA9");
-  EXPECT_EQ(percent_decode("100%"), "100%");
-  EXPECT_EQ(percent_decode("%zz%4"), "%zz%4");
-}
-
 // Two accessors in two views, an image in a third view, and a mesh with the second accessor.
 Document three_views() {
   Document document = new_document();

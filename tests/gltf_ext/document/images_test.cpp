@@ -289,5 +289,19 @@ TEST_F(Images, WhatDanglesIsAWarning) {
   EXPECT_EQ(convert(document, "in/asset.glb").warnings.size(), 5u) << "where the song is";
 }
 
+// The copy of an image gets a URI that every reader understands.
+TEST_F(Images, UrisOfCopiesAreEscaped) {
+  for (const auto& [name, uri, copied] : {std::array{"a%20b.png", "a%20b.png", "a%2520b.png"},
+                                          {"c#1.png", "c#1.png", "c%231.png"},
+                                          {"d/e.png", "d\\e.png", "d/e.png"},
+                                          {"f.png", "f.png?v=2", "f.png"},
+                                          {"g h.png", "g h.png", "g h.png"}}) {
+    write(std::string("in/") + name, kPng);
+    convert(images({uri}), "out/asset.gltf");
+    EXPECT_EQ(this->uri("out/asset.gltf"), copied);
+    EXPECT_EQ(text(std::string("out/") + name), kPng);
+  }
+}
+
 }  // namespace
 }  // namespace psplit
