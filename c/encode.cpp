@@ -7,6 +7,7 @@
 #include <set>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/coding/precision_guard.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
 #include "encoder/stock_stream.h"
@@ -142,16 +143,22 @@ Expected<Source> read_source(const psplit_encode_source* from, const psplit_enco
       if (Status status = check_bits(attribute->semantic.c_str(), element.bits); !status.ok()) return status;
     read.mesh.attributes.push_back(std::move(*attribute));
   }
+  CodingOptions usual{bits_of(options.position_bits), bits_of(options.normal_bits),
+                      bits_of(options.texcoord_bits), bits_of(options.color_bits),
+                      bits_of(options.generic_bits)};
+  usual.give_changed_bits();
   for (size_t i = 0; i < elements->size(); ++i) {
-    CodingOptions coding{bits_of(options.position_bits), bits_of(options.normal_bits),
-                         bits_of(options.texcoord_bits), bits_of(options.color_bits),
-                         bits_of(options.generic_bits)};
+    CodingOptions coding = usual;
     const int32_t own = (*elements)[i].bits;
     if (own != 0)
       coding.position_bits = coding.normal_bits = coding.texcoord_bits = coding.color_bits =
           coding.generic_bits = bits_of(own);
     read.codings.push_back(choose_coding(read.mesh.attributes[i], coding));
   }
+  const std::vector<AttributeCoding> chosen = read.codings;
+  guard_codings(read.mesh, usual, {}, read.codings);
+  for (size_t i = 0; i < elements->size(); ++i)
+    if ((*elements)[i].bits != 0) read.codings[i] = chosen[i];
   // Weights are rounded together, so that they keep their sum.
   std::set<int> weight_bits;
   for (size_t i = 0; i < read.codings.size(); ++i)

@@ -10,6 +10,10 @@
 
 namespace psplit {
 
+bool is_shared(const std::string& semantic) {
+  return semantic == "POSITION" || semantic.starts_with("WEIGHTS_");
+}
+
 std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const MeshToCode> meshes,
                                                                 const CodingOptions& options,
                                                                 const std::set<std::string>& exact,
@@ -33,7 +37,7 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
       for (size_t i = 0; i < codings[k].size(); ++i) {
         const Attribute& attribute = meshes[k].mesh->attributes[i];
         AttributeCoding& coding = codings[k][i];
-        if (coding.bits > 0 && !coding.octahedral)
+        if (coding.bits > 0 && !coding.octahedral && is_shared(attribute.semantic))
           act(joined[{meshes[k].group, attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
               coding);
       }
@@ -71,6 +75,70 @@ Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<do
       coding.bits = *bits;
     }
   return {};
+}
+
+std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCode> meshes,
+                                                        const CodingOptions& options,
+                                                        const std::set<std::string>& exact,
+                                                        std::span<std::vector<AttributeCoding>> codings,
+                                                        const ThreadPool& pool) {
+  std::vector<std::vector<PrecisionFinding>> findings(meshes.size());
+  std::vector<std::vector<int>> wanted(meshes.size());
+  pool.for_each(meshes.size(), [&](size_t k) {
+    const Mesh& mesh = *meshes[k].mesh;
+    std::vector<uint8_t> stored;
+    GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
+      if (stored.empty()) stored = meshes[k].stored_points();
+      visit(mesh, stored);
+      return Status();
+    }};
+    for (const Attribute& attribute : mesh.attributes) {
+      wanted[k].push_back(wanted_bits(attribute, options, exact));
+      const auto scale = meshes[k].texture_scales.find(attribute.semantic);
+      guarded.texture_scales.push_back(scale == meshes[k].texture_scales.end() ? 1 : scale->second);
+    }
+    if (auto found = find_losses(guarded, codings[k], wanted[k])) findings[k] = std::move(*found);
+  });
+  // What becomes of the grids that groups share, and how many values they have.
+  struct SharedGrid {
+    std::optional<AttributeCoding> better;
+    uint64_t values = 0;
+  };
+  std::map<std::tuple<size_t, std::string, size_t>, SharedGrid> shared;
+  const auto visit = [&](const auto& act) {
+    for (size_t k = 0; k < meshes.size(); ++k)
+      for (size_t i = 0; i < findings[k].size(); ++i) {
+        const Attribute& attribute = meshes[k].mesh->attributes[i];
+        const bool is_joined =
+            is_shared(attribute.semantic) && codings[k][i].bits > 0 && !codings[k][i].octahedral;
+        act(k, i, attribute,
+            is_joined ? &shared[{meshes[k].group, attribute.semantic, attribute.component_count}] : nullptr);
+      }
+  };
+  visit([&](size_t k, size_t i, const Attribute& attribute, SharedGrid* grid) {
+    const PrecisionFinding& finding = findings[k][i];
+    if (grid == nullptr) return;
+    grid->values += finding.values;
+    if (!finding.is_loss || are_given(attribute, options)) return;
+    const bool is_exact = finding.better.bits == 0;
+    if (!grid->better || is_exact || (grid->better->bits > 0 && finding.better.bits > grid->better->bits))
+      grid->better = finding.better;
+  });
+  std::vector<std::vector<PrecisionNote>> notes(meshes.size());
+  visit([&](size_t k, size_t i, const Attribute& attribute, const SharedGrid* grid) {
+    const PrecisionFinding& finding = findings[k][i];
+    AttributeCoding& coding = codings[k][i];
+    const int bits = coding.bits > 0 ? coding.bits : wanted[k][i];
+    const bool is_given = are_given(attribute, options);
+    if (grid != nullptr && grid->better)
+      coding = *grid->better;
+    else if (finding.is_loss && !is_given)
+      coding = finding.better;
+    if (finding.is_loss)
+      notes[k].push_back(note_of(attribute.semantic, finding, bits, coding, is_given,
+                                 grid != nullptr ? grid->values : finding.values));
+  });
+  return notes;
 }
 
 }  // namespace psplit

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/coding/precision_guard.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
@@ -19,11 +21,16 @@ namespace psplit {
 
 struct MeshToCode {
   Mesh* mesh = nullptr;
-  size_t group = 0;  // meshes of a group get one grid for each semantic
+  size_t group = 0;  // meshes of a group get one grid for positions, and one for weights
   // For each point of the mesh 1 if its values will be stored (stored_points). Called when its noise is
   // trimmed.
   std::function<std::vector<uint8_t>()> stored_points{};
+  // By how much textures enlarge coordinates (GuardedMesh), by semantic.
+  std::map<std::string, double> texture_scales{};
 };
+
+// Whether the meshes of a group share the attribute's grid, because borders between them must stay closed.
+bool is_shared(const std::string& semantic);
 
 // The codings of each attribute of each mesh. Values that exceed glTF's limits by rounding noise are set to the
 // limits (trim_noise). Call round_weights afterwards.
@@ -38,5 +45,13 @@ Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<
 // Sets the bits for all meshes of a group together. `mesh` is the number of the mesh of an error.
 Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh);
+
+// Replaces codings that lose what the meshes tell apart (precision_guard.h), unless their bits are given. A
+// grid that a group shares stays one. Returns notes for each mesh. Call it when the bits are chosen.
+std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCode> meshes,
+                                                        const CodingOptions& options,
+                                                        const std::set<std::string>& exact,
+                                                        std::span<std::vector<AttributeCoding>> codings,
+                                                        const ThreadPool& pool);
 
 }  // namespace psplit

@@ -105,7 +105,13 @@ void encoderSetQuantizationBits(Encoder* encoder, uint32_t position, uint32_t no
                                 uint32_t color, uint32_t generic) {
   using psplit::blender::bits_of;
   if (encoder != nullptr)
-    encoder->bits = {bits_of(position), bits_of(normal), bits_of(uv), bits_of(color), bits_of(generic)};
+    encoder->bits = {bits_of(position),
+                     bits_of(normal),
+                     bits_of(uv),
+                     bits_of(color),
+                     bits_of(generic),
+                     false,
+                     {true, true, true, true, true}};
 }
 
 void encoderSetIndices(Encoder* encoder, size_t indexComponentType, uint32_t indexCount, void* indices) {

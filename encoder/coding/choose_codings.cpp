@@ -1,5 +1,7 @@
 #include "encoder/coding/choose_codings.h"
 
+#include "encoder/coding/precision_guard.h"
+
 namespace psplit {
 namespace {
 
@@ -11,7 +13,30 @@ bool is_direction(const Attribute& attribute) {
   return attribute.semantic == "NORMAL" && attribute.component_count == 3;
 }
 
+// The member for the kind of the attribute.
+bool of_kind(const Attribute& attribute, const GivenBits& of) {
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (is_direction(attribute)) return of.normal;
+  return attribute.semantic == "POSITION" ? of.position
+         : starts("TEXCOORD_")            ? of.texcoord
+         : starts("COLOR_")               ? of.color
+                                          : of.generic;
+}
+
 }  // namespace
+
+void CodingOptions::give_changed_bits() {
+  const CodingOptions usual;
+  given.position |= position_bits != usual.position_bits;
+  given.normal |= normal_bits != usual.normal_bits;
+  given.texcoord |= texcoord_bits != usual.texcoord_bits;
+  given.color |= color_bits != usual.color_bits;
+  given.generic |= generic_bits != usual.generic_bits;
+}
+
+bool are_given(const Attribute& attribute, const CodingOptions& options) {
+  return of_kind(attribute, options.given);
+}
 
 int wanted_bits(const Attribute& attribute, const CodingOptions& options, const std::set<std::string>& exact) {
   if (attribute.component_type != ComponentType::kFloat32 || options.lossless ||
@@ -44,6 +69,7 @@ std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& opt
                                             const std::set<std::string>& exact) {
   std::vector<AttributeCoding> codings;
   for (Attribute& attribute : mesh.attributes) codings.push_back(choose_coding(attribute, options, exact));
+  guard_codings(mesh, options, exact, codings);
   return codings;
 }
 

@@ -11,11 +11,24 @@
 
 namespace psplit {
 
+// The attributes whose bits the user states.
+struct GivenBits {
+  bool position = false, normal = false, texcoord = false, color = false, generic = false;
+};
+
 // Bits of a component on its quantization grid; 0 keeps the values exactly as they are.
 struct CodingOptions {
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
   bool lossless = false;  // every attribute exactly as it is
+  // Grids of given bits stay, even if they lose what the mesh tells apart (precision_guard.h).
+  GivenBits given{};
+
+  // For callers who do not know what the user states: bits that differ from the default count as given.
+  PSPLIT_EXPORT void give_changed_bits();
 };
+
+// Whether the bits of the attribute are given.
+PSPLIT_EXPORT bool are_given(const Attribute& attribute, const CodingOptions& options);
 
 // The bits that the options want for the attribute. 0 for those that are kept exactly: integers, and attributes
 // that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the semantics in
@@ -32,7 +45,8 @@ PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOp
                                             const std::set<std::string>& exact = {});
 
 // The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
-// that encoding drops.
+// that encoding drops. Grids whose bits are not given are finer where they would lose what the mesh tells apart
+// (precision_guard.h).
 //
 // Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
 // (trim_noise). Call round_weights when all grids are final.

@@ -169,7 +169,7 @@ CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t>
             std::max(bounds.off_unit_grid,
                      std::fabs(double{grid_place(value[c], 0, 1, unit_bits) * unit_step} - double{value[c]}));
     }
-    if (is_normal && !(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) bounds.are_unit_vectors = false;
+    if (is_normal && !is_unit_square(square)) bounds.are_unit_vectors = false;
   }
   return bounds;
 }
@@ -200,6 +200,14 @@ Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBound
   for (int step = 0; step < kMostWidenings && !grid_extremes(coding); ++step) widen(coding);
   if (!std::isfinite(coding.range)) return invalid_input(attribute.semantic + ": its extent is not a float");
   return coding;
+}
+
+AttributeCoding grid_with_bits(AttributeCoding grid, int bits) {
+  grid.bits = bits;
+  if (grid.range >= smallest_range(bits)) return grid;
+  grid.range = smallest_range(bits);
+  for (int step = 0; step < kMostWidenings && !grid_extremes(grid); ++step) widen(grid);
+  return grid;
 }
 
 Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {

@@ -33,6 +33,9 @@ struct CodingBounds {
 // attribute that does not hold floats are empty.
 PSPLIT_EXPORT CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored = {});
 
+// Whether a normal of this squared length can be stored as a direction.
+inline bool is_unit_square(double square) { return std::fabs(std::sqrt(square) - 1.0) <= 1e-2; }
+
 // The smallest grid that holds these values of the attribute: a step exceeds that of the largest extent by no
 // more than floats force. But weights and tangents within glTF's limits get the limits' grid. So do colours, if
 // their extent is within a thousandth of the limits', or if that grid has all of them as exactly as their own
@@ -42,6 +45,9 @@ PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, con
                                                  int bits);
 // The grid of all values of the attribute.
 PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
+
+// A grid with the same places at its ends, or as near as libdraco can have them, and other bits.
+AttributeCoding grid_with_bits(AttributeCoding grid, int bits);
 
 // Values whose bounding box is the grid's. libdraco takes origin and range from the extremes of an attribute's
 // values, and computes the range as the largest (maximum - minimum). Returns nothing if no float gives exactly

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
@@ -25,18 +26,6 @@ std::optional<SetName> set_name(const std::string& semantic) {
   const char* const end = semantic.data() + semantic.size();
   const auto parsed = std::from_chars(semantic.data() + underscore + 1, end, name.set);
   return parsed.ec == std::errc() && parsed.ptr == end && name.set >= 0 ? std::optional(name) : std::nullopt;
-}
-
-// Collects the sets of texture coordinates that textures in a tree read. Whatever has an index may be one.
-void collect_texcoords(const Json& tree, std::set<int64_t>& sets) {
-  if (!tree.is_structured()) return;
-  if (tree.is_object() && field(tree, "index") != nullptr) {
-    sets.insert(integer_field(tree, "texCoord").value_or(0));
-    if (const Json* transform = extension_field(tree, "KHR_texture_transform"))
-      if (const auto set = integer_field(*transform, "texCoord")) sets.insert(*set);
-  }
-  for (auto member = tree.begin(); member != tree.end(); ++member)
-    if (!tree.is_object() || member.key() != "extras") collect_texcoords(*member, sets);
 }
 
 class Dropper {
@@ -131,17 +120,11 @@ class Dropper {
 
   std::string need_of_texture(const Json& primitive, int64_t set) const {
     const auto reads = [&](const Json* tree) {
-      std::set<int64_t> sets;
-      if (tree != nullptr) collect_texcoords(*tree, sets);
+      TextureReads sets;
+      if (tree != nullptr) collect_texture_reads(*tree, sets);
       return sets.contains(set);
     };
-    std::set<int64_t> materials;
-    if (const auto material = integer_field(primitive, "material")) materials.insert(*material);
-    if (const Json* variants = extension_field(primitive, "KHR_materials_variants"))
-      for_each_element(*variants, "mappings", [&](const Json& mapping) {
-        if (const auto material = integer_field(mapping, "material")) materials.insert(*material);
-      });
-    for (const int64_t material : materials)
+    for (const int64_t material : materials_of(primitive))
       if (reads(top_level_object(document_.json(), "materials", material)))
         return "material " + std::to_string(material) + " has a texture that reads it";
     if (reads(extension_field(primitive, "EXT_mesh_features"))) return "EXT_mesh_features reads it";

@@ -16,7 +16,7 @@
 
 namespace psplit {
 
-// Which meshes share one quantization grid per attribute.
+// Which meshes share one quantization grid of positions, and one of weights.
 enum class QuantizationVolume { kPrimitive, kMesh, kScene };
 // What loaders without the extension find: nothing; the geometry itself, uncompressed; or coarse primitives,
 // with a few of the faces.
@@ -37,6 +37,9 @@ inline constexpr uint64_t kMostPatchPrimitives = 8;
 struct EncodeDocumentOptions {
   PatchTarget patches{};
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
+  // Those of them that the user states. All others may grow where they would make equal what a mesh tells apart
+  // (encoder/coding/precision_guard.h). Bits that differ from these defaults count as stated.
+  GivenBits given_bits{};
   // One of these replaces position_bits (encoder/coding/position_bits.h). Primitives that share a grid share
   // the bits that suffice for all of them.
   bool position_bits_by_edges = false;  // the fewest bits that the edges allow
@@ -82,8 +85,13 @@ struct EncodeDocumentOptions {
     return position_bits_by_edges ? std::nullopt : std::optional(max_position_error);
   }
   CodingOptions coding() const {
-    const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;
-    return {first_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};
+    CodingOptions coding{position_bits, normal_bits, texcoord_bits, color_bits,
+                         generic_bits,  lossless,    given_bits};
+    coding.give_changed_bits();
+    if (!chooses_position_bits()) return coding;
+    coding.position_bits = kMostPositionBits;
+    coding.given.position = !position_bits_by_edges;
+    return coding;
   }
 };
 

@@ -48,6 +48,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       reports[id].stored_as = StoredAs::kDraco;
       reports[id].bytes = streams[i].bytes.size();
       reports[id].statistics = jobs[i].encoded.statistics;
+      jobs[i].report_precision(reports[id]);
     }
   }
   if (!jobs.empty()) list_extension(document, kStockExtensionName, true);

@@ -59,6 +59,12 @@ void EncodeJob::report(PrimitiveReport& report) {
   report.head_bytes = encoded.head_bytes;
   if (const AttributeCoding* coding = position_coding(); coding != nullptr) report.position_coding = *coding;
   report.statistics = encoded.statistics;
+  report_precision(report);
+}
+
+void EncodeJob::report_precision(PrimitiveReport& report) const {
+  for (const PrecisionNote& note : precision)
+    if (!report.repeated) (note.is_warning ? report.warnings : report.notes).push_back(note.text);
 }
 
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "encoder/coding/precision_guard.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_parts.h"
 #include "encoder/welding/reduce.h"
@@ -28,6 +29,7 @@ struct EncodeJob {
   std::vector<MorphAttribute> morphs;
   std::vector<Attribute> unrounded;  // the skin weights of the input
   std::vector<AttributeCoding> codings;
+  std::vector<PrecisionNote> precision;  // about the codings
   EncodeOptions options;
   EncodedMesh encoded;
   std::optional<EncodedInParts> parts;  // has the bytes instead of `encoded`
@@ -57,6 +59,8 @@ struct EncodeJob {
   void note_storage();
   // Fills in what the report says about the output.
   void report(PrimitiveReport& report);
+  // Adds what it says about precision, once for each geometry.
+  void report_precision(PrimitiveReport& report) const;
 
   Place place(const Document& document) const { return place_of(document, group.ids.front()); }
 };

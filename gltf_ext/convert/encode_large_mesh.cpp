@@ -56,6 +56,28 @@ Expected<std::vector<AttributeCoding>> codings_of(const LargeMesh& mesh, const C
   return codings;
 }
 
+// Replaces codings that lose what the mesh tells apart, as guard_precision does for meshes in memory.
+Expected<std::vector<PrecisionNote>> guard_parts(const LargeMesh& mesh, CellParts& parts,
+                                                 const CodingOptions& options,
+                                                 const std::map<std::string, double>& texture_scales,
+                                                 std::vector<AttributeCoding>& codings) {
+  GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
+    for (uint32_t number = 0; number < parts.part_count(); ++number) {
+      const Expected<MeshPart> part = parts.read(number);
+      if (!part) return part.status();
+      visit(part->mesh, {});
+    }
+    return Status();
+  }};
+  std::vector<int> wanted;
+  for (const Attribute& attribute : mesh.attributes()) {
+    wanted.push_back(mesh.bits_of(attribute));
+    const auto scale = texture_scales.find(attribute.semantic);
+    guarded.texture_scales.push_back(scale == texture_scales.end() ? 1 : scale->second);
+  }
+  return guard_codings(guarded, mesh.attributes(), options, wanted, codings);
+}
+
 // Rounds the weights of the parts that it passes on, as read_jobs does.
 class RoundedParts : public MeshParts {
  public:
@@ -132,6 +154,7 @@ SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCore
 
 Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
                                       const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                      const std::map<std::string, double>& texture_scales,
                                       const Progress& progress) {
   PartsOptions parts_options = options_of_parts(options, limits, mesh.face_count());
   const MemoryPlan plan(limits, mesh.record_bytes(), pool.thread_count(), parts_options.patch_faces);
@@ -151,6 +174,9 @@ Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumen
   if (!parts) return parts.status();
   Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, **parts, options);
   if (!codings) return codings.status();
+  Expected<std::vector<PrecisionNote>> notes =
+      guard_parts(mesh, **parts, options.coding(), texture_scales, *codings);
+  if (!notes) return notes.status();
   const CellStatistics& statistics = (*parts)->statistics();
   std::atomic<size_t> done = 0;
   if (progress)
@@ -169,7 +195,9 @@ Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumen
   Expected<EncodedParts> encoded =
       encode_parts(rounded, *codings, parts_options, make_spill, fewer ? *fewer : pool);
   if (!encoded) return encoded.status();
-  return job_of(std::move(*encoded), statistics, mesh, std::move(*codings), parts_options.streams);
+  EncodeJob job = job_of(std::move(*encoded), statistics, mesh, std::move(*codings), parts_options.streams);
+  job.precision = std::move(*notes);
+  return job;
 }
 
 }  // namespace psplit

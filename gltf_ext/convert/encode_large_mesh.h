@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
@@ -28,11 +30,12 @@ struct MemoryPlan {
 // How a mesh file is read (read_spool) that encode_document gets with these options.
 SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits);
 
-// A job whose containers or streams are in temporary files; its group is empty. Forgets `mesh`. `progress`
-// counts faces. Errors: those of CellParts and encode_parts, kUsage if the memory does not suffice for the
-// number of points.
+// A job whose containers or streams are in temporary files; its group is empty. Forgets `mesh`.
+// `texture_scales` are those of MeshToCode. `progress` counts faces. Errors: those of CellParts and
+// encode_parts, kUsage if the memory does not suffice for the number of points.
 Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
                                       const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                      const std::map<std::string, double>& texture_scales,
                                       const Progress& progress);
 
 }  // namespace psplit

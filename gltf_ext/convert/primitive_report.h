@@ -26,6 +26,7 @@ using SkippedPrimitives = std::map<std::pair<size_t, size_t>, std::string>;
 struct PrimitiveReport {
   PrimitiveId id;       // in the input: with Compat::kKhr a primitive becomes several
   std::string skipped;  // why it was left as it is ("points or lines", "already in patches"), or empty
+  std::vector<std::string> notes;               // what was done for its precision, and what that costs
   std::vector<std::string> warnings;            // what it lost
   std::vector<std::string> dropped_attributes;  // those of EncodeDocumentOptions::skip that it had
   StoredAs stored_as = StoredAs::kAsItWas;

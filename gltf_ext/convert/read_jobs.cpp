@@ -11,6 +11,7 @@
 #include "encoder/shared_codings.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
+#include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
@@ -127,14 +128,20 @@ Status choose_job_codings(const Document& document, const EncodeDocumentOptions&
                           std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
   std::vector<MeshToCode> meshes;
   for (size_t k = 0; k < jobs.size(); ++k)
-    meshes.push_back({&jobs[k].mesh, groups[k], [&job = jobs[k]] { return stored_points_of(job); }});
-  auto codings = choose_shared_codings(meshes, options.coding(), exact, pool);
+    meshes.push_back({&jobs[k].mesh, groups[k], [&job = jobs[k]] { return stored_points_of(job); },
+                      texture_scales(document, jobs[k].group.ids)});
+  const CodingOptions coding = options.coding();
+  auto codings = choose_shared_codings(meshes, coding, exact, pool);
   if (options.chooses_position_bits()) {
     size_t failed = 0;
     Status status = choose_position_bits(meshes, options.chosen_position_error(), codings, failed);
     if (!status.ok()) return std::move(status).at(jobs[failed].place(document));
   }
-  for (size_t k = 0; k < jobs.size(); ++k) jobs[k].codings = std::move(codings[k]);
+  auto notes = guard_precision(meshes, coding, exact, codings, pool);
+  for (size_t k = 0; k < jobs.size(); ++k) {
+    jobs[k].codings = std::move(codings[k]);
+    jobs[k].precision = std::move(notes[k]);
+  }
   return {};
 }
 
@@ -299,7 +306,8 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
                       "accessor " + std::to_string(primitive.accessor_of("POSITION")));
   if (!mesh) return mesh.status();
   if (!mesh->has_proper_face() && !options.keep_degenerate) return std::optional<EncodeJob>();
-  Expected<EncodeJob> job = encode_large_mesh(*mesh, options, limits, pool, progress);
+  Expected<EncodeJob> job =
+      encode_large_mesh(*mesh, options, limits, pool, texture_scales(document, group.ids), progress);
   if (!job) return job.status();
   return std::optional(std::move(*job));
 }

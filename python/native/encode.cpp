@@ -112,6 +112,8 @@ Encoding encoding_of(int position_bits, int normal_bits, int texcoord_bits, std:
   encoding.bits.position_bits = position_bits;
   encoding.bits.normal_bits = normal_bits;
   encoding.bits.texcoord_bits = texcoord_bits;
+  encoding.bits.give_changed_bits();
+  encoding.bits.given.position = true;  // the stream's metadata repeat them
   encoding.origin = std::move(origin);
   encoding.range = range;
   encoding.speed = speed;

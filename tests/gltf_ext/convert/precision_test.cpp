@@ -153,11 +153,13 @@ class Ranges {
     }
   }
   Range& at(size_t group, const Sheet& sheet, size_t attribute) {
-    return ranges_[{group, sheet.attributes[attribute].semantic, sheet.attributes[attribute].width}];
+    const FloatAttribute& of = sheet.attributes[attribute];
+    // Only positions share a grid.
+    return ranges_[{of.semantic == "POSITION" ? nullptr : &sheet, group, of.semantic, of.width}];
   }
 
  private:
-  std::map<std::tuple<size_t, std::string, size_t>, Range> ranges_;
+  std::map<std::tuple<const Sheet*, size_t, std::string, size_t>, Range> ranges_;
 };
 
 // Half a step of the smallest cube around the range, a thousandth more, and the rounding of libdraco's floats:

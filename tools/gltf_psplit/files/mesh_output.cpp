@@ -309,6 +309,7 @@ Status write_draco(const std::string& path, const PlacedPart& part, const Encode
     if (!report.skipped.empty()) return unsupported(report.skipped);
     lost.dropped_faces += report.statistics.dropped_faces;
     lost.dropped_points += report.statistics.dropped_points;
+    for (const std::string& note : report.notes) session.log.note(path + ": " + note);
     for (const std::string& warning : report.warnings) session.log.warning(path + ": " + warning);
   }
   const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0});

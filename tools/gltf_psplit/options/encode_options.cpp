@@ -60,7 +60,8 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
 void add_volume_option(CLI::App& command, EncodeArguments& arguments) {
   add_choice_option(
       command, "--quantization-volume", arguments.volume, {"primitive", "mesh", "scene"},
-      "Which primitives share a quantization grid: none (primitive), those of a mesh, or all of the scene");
+      "Which primitives share a quantization grid of positions, and of weights: none (primitive), those of a "
+      "mesh, or all of the scene. All other attributes have grids of their own");
   command.get_option("--lossless")->excludes("--quantization-volume");
 }
 
@@ -248,6 +249,7 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
   const auto set_bits = [&options](const std::string& text) {
     options.position_bits_by_edges = text == "auto";
     if (text != "auto") options.position_bits = std::stoi(text);
+    options.given_bits.position = text != "auto";
   };
   CLI::Option* bits = command.add_option_function<std::string>(
       "--quantize-position", set_bits,
@@ -274,20 +276,22 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
 }  // namespace
 
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh) {
-  const auto add_bits = [&](const char* name, int& bits, int least, const char* what) {
+  const auto add_bits = [&](const char* name, int& bits, bool& is_given, int least, const char* what) {
     command.add_option(name, bits, std::string("Bits for each component of ") + what)
         ->check(CLI::Range(least, 30))
+        ->each([&is_given](const std::string&) { is_given = true; })
         ->capture_default_str()
         ->type_name("BITS");
   };
+  GivenBits& given = options.given_bits;
   if (fits_mesh)
     add_position_options(command, options);
   else
-    add_bits("--quantize-position", options.position_bits, 1, "positions");
-  add_bits("--quantize-normal", options.normal_bits, 2, "normals (octahedral)");
-  add_bits("--quantize-texcoord", options.texcoord_bits, 1, "texture coordinates");
-  add_bits("--quantize-color", options.color_bits, 1, "colours stored as floats");
-  add_bits("--quantize-generic", options.generic_bits, 1, "all other float attributes");
+    add_bits("--quantize-position", options.position_bits, given.position, 1, "positions");
+  add_bits("--quantize-normal", options.normal_bits, given.normal, 2, "normals (octahedral)");
+  add_bits("--quantize-texcoord", options.texcoord_bits, given.texcoord, 1, "texture coordinates");
+  add_bits("--quantize-color", options.color_bits, given.color, 1, "colours stored as floats");
+  add_bits("--quantize-generic", options.generic_bits, given.generic, 1, "all other float attributes");
   CLI::Option* lossless =
       command.add_flag("--lossless", options.lossless, "Keep every float exactly, without quantization");
   for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
@@ -410,6 +414,9 @@ std::string describe_options(const EncodeDocumentOptions& options) {
                  {"fallback", static_cast<int>(o.fallback)},
                  {"compat", static_cast<int>(o.compat)},
                  {"verify", o.verify}};
+  const GivenBits& given = o.given_bits;
+  if (given.position || given.normal || given.texcoord || given.color || given.generic)
+    described["given_bits"] = {given.position, given.normal, given.texcoord, given.color, given.generic};
   if (!o.skip.empty()) described["skip"] = o.skip;
   if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;

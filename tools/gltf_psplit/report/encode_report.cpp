@@ -163,6 +163,7 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
       object["keeps_streams"] = true;
       ++result.recoded_count;
     }
+    if (!report.notes.empty()) object["notes"] = report.notes;
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
     if (!report.dropped_attributes.empty()) object["dropped_attributes"] = report.dropped_attributes;
     for (const std::string& attribute : report.dropped_attributes) ++result.dropped_attributes[attribute];
@@ -175,6 +176,7 @@ void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const
   for (const PrimitiveReport& report : reports) {
     const std::string place = prefix + describe_place(report.id.mesh, report.id.primitive);
     if (!report.skipped.empty()) log.note(place + " is left as it is: " + report.skipped);
+    for (const std::string& note : report.notes) log.note(place + ": " + note);
     for (const std::string& warning : report.warnings) log.warning(place + ": " + warning);
   }
 }

@@ -104,13 +104,15 @@ EncodeOptions encode_options(const Options& from) {
 }
 
 CodingOptions coding_options(const Options& from) {
-  const bool is_stated = static_cast<PositionBits>(from.position_bits_by) == PositionBits::kStated;
-  return {is_stated ? static_cast<int>(from.position_bits) : kMostPositionBits,
-          static_cast<int>(from.normal_bits),
-          static_cast<int>(from.texcoord_bits),
-          static_cast<int>(from.color_bits),
-          static_cast<int>(from.generic_bits),
-          from.lossless != 0};
+  const auto by = static_cast<PositionBits>(from.position_bits_by);
+  CodingOptions options{static_cast<int>(from.position_bits), static_cast<int>(from.normal_bits),
+                        static_cast<int>(from.texcoord_bits), static_cast<int>(from.color_bits),
+                        static_cast<int>(from.generic_bits),  from.lossless != 0};
+  options.give_changed_bits();
+  if (by == PositionBits::kStated) return options;
+  options.position_bits = kMostPositionBits;
+  options.given.position = by == PositionBits::kByError;
+  return options;
 }
 
 Status choose(const Options& from, Encoding& encoding, size_t& failed) {
@@ -130,11 +132,13 @@ Status choose(const Options& from, Encoding& encoding, size_t& failed) {
                         return stored_points(source.mesh, reduce, distinct.bytes, distinct.stride);
                       }});
   }
-  auto codings = choose_shared_codings(meshes, coding_options(from), encoding.exact, encoding.pool);
+  const CodingOptions coding = coding_options(from);
+  auto codings = choose_shared_codings(meshes, coding, encoding.exact, encoding.pool);
   if (const auto by = static_cast<PositionBits>(from.position_bits_by); by != PositionBits::kStated) {
     const auto max_error = by == PositionBits::kByError ? std::optional(from.max_error) : std::nullopt;
     if (Status status = choose_position_bits(meshes, max_error, codings, failed); !status.ok()) return status;
   }
+  guard_precision(meshes, coding, encoding.exact, codings, encoding.pool);
   const std::vector<uint32_t> counts = patch_counts(faces, patch_target(from));
   for (size_t i = 0; i < counts.size(); ++i) {
     encoding.sources[i]->codings = std::move(codings[i]);

@@ -1,0 +1,229 @@
+#include "encoder/coding/grid_loss.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "encoder/coding/precision_guard.h"
+#include "encoder/coding/quantization.h"
+
+namespace psplit {
+namespace {
+
+// Differences of coordinates below this share of the largest of them are the noise of floats.
+const double kNoise = std::ldexp(1.0, -22);
+constexpr uint32_t kNoPoint = UINT32_MAX;
+
+using GridPlace = std::array<int64_t, 3>;
+using Values = std::array<float, 3>;
+
+// An attribute of at most three components, and its places on a grid.
+class Placed {
+ public:
+  Placed(const Attribute& attribute, const AttributeCoding& grid, Span<const uint8_t> stored)
+      : attribute_(attribute), stored_(stored), places_(attribute.values.size() / attribute.stride()) {
+    const float scale = grid.range > 0 ? steps_of(grid) / grid.range : 0;
+    for (uint32_t point = 0; point < places_.size(); ++point) {
+      if (!is_stored(point)) continue;
+      ++stored_count_;
+      const Values value = value_of(point);
+      for (size_t c = 0; c < attribute.component_count; ++c)
+        places_[point][c] = static_cast<int32_t>(std::floor((value[c] - grid.origin[c]) * scale + 0.5f));
+    }
+  }
+
+  static float steps_of(const AttributeCoding& grid) { return static_cast<float>((1u << grid.bits) - 1); }
+  uint32_t size() const { return static_cast<uint32_t>(places_.size()); }
+  size_t stored_count() const { return stored_count_; }
+  bool is_stored(uint32_t point) const { return stored_.empty() || stored_[point] != 0; }
+  bool are_stored(const std::array<uint32_t, 3>& face) const {
+    return is_stored(face[0]) && is_stored(face[1]) && is_stored(face[2]);
+  }
+  const GridPlace& operator[](uint32_t point) const { return places_[point]; }
+  // Missing components are 0, and so are both zeros.
+  Values value_of(uint32_t point) const {
+    Values value{};
+    std::memcpy(value.data(), attribute_.values.data() + point * attribute_.stride(), attribute_.stride());
+    for (float& component : value) component += 0.0f;
+    return value;
+  }
+  // Whether the values of two points differ by more than noise.
+  bool differ(uint32_t a, uint32_t b) const {
+    const Values va = value_of(a), vb = value_of(b);
+    double difference = 0, largest = 0;
+    for (size_t c = 0; c < va.size(); ++c) {
+      difference = std::max(difference, std::fabs(double{va[c]} - double{vb[c]}));
+      largest = std::max({largest, std::fabs(double{va[c]}), std::fabs(double{vb[c]})});
+    }
+    return difference > kNoise * largest;
+  }
+
+ private:
+  const Attribute& attribute_;
+  const Span<const uint8_t> stored_;
+  std::vector<GridPlace> places_;
+  size_t stored_count_ = 0;
+};
+
+uint64_t hash_of(const GridPlace& place) {
+  uint64_t hash = 0;
+  for (const int64_t c : place) {
+    hash = (hash ^ static_cast<uint64_t>(c)) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 29;
+  }
+  return hash;
+}
+
+template <typename T>
+std::array<T, 3> cross(const std::array<T, 3>& a, const std::array<T, 3>& b, const std::array<T, 3>& c) {
+  std::array<T, 3> u{}, v{};
+  for (size_t k = 0; k < 3; ++k) {
+    u[k] = b[k] - a[k];
+    v[k] = c[k] - a[k];
+  }
+  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+
+double length_of(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
+
+// Whether the height of a face above its longest edge is more than noise.
+bool has_area(const Placed& placed, const std::array<uint32_t, 3>& face) {
+  std::array<std::array<double, 3>, 3> corner{};
+  double largest = 0, longest = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    const Values value = placed.value_of(face[i]);
+    for (size_t c = 0; c < 3; ++c) {
+      corner[i][c] = double{value[c]};
+      largest = std::max(largest, std::fabs(corner[i][c]));
+    }
+  }
+  for (size_t i = 0; i < 3; ++i) {
+    std::array<double, 3> edge{};
+    for (size_t c = 0; c < 3; ++c) edge[c] = corner[(i + 1) % 3][c] - corner[i][c];
+    longest = std::max(longest, length_of(edge));
+  }
+  return length_of(cross(corner[0], corner[1], corner[2])) > longest * largest * kNoise;
+}
+
+// The positions that are told apart, and those of them that coincide with an earlier one on the grid.
+LostShare coinciding(const Placed& placed) {
+  std::vector<uint32_t> first_at(std::bit_ceil(2 * placed.stored_count() + 1), kNoPoint);
+  const size_t mask = first_at.size() - 1;
+  LostShare share;
+  std::vector<Values> lost;
+  for (uint32_t point = 0; point < placed.size(); ++point) {
+    if (!placed.is_stored(point)) continue;
+    size_t slot = hash_of(placed[point]) & mask;
+    while (first_at[slot] != kNoPoint && placed[first_at[slot]] != placed[point]) slot = (slot + 1) & mask;
+    if (first_at[slot] == kNoPoint) {
+      first_at[slot] = point;
+      ++share.all;
+    } else if (placed.differ(first_at[slot], point)) {
+      lost.push_back(placed.value_of(point));
+    }
+  }
+  std::ranges::sort(lost);
+  share.lost = static_cast<uint64_t>(std::ranges::unique(lost).begin() - lost.begin());
+  share.all += share.lost;
+  return share;
+}
+
+}  // namespace
+
+void ValueSpread::add(const Attribute& attribute, Span<const uint8_t> stored) {
+  constexpr size_t kMostSampled = 1 << 13;
+  const size_t count = attribute.values.size() / attribute.stride();
+  const size_t step = std::max<size_t>(1, count / kMostSampled);
+  components_.resize(attribute.component_count);
+  size_t stored_count = 0;
+  for (size_t point = 0; point < count; ++point) {
+    if (!stored.empty() && stored[point] == 0) continue;
+    const bool is_sampled = stored_count++ % step == 0;
+    for (size_t c = 0; c < components_.size(); ++c) {
+      Component& component = components_[c];
+      float value = 0;
+      std::memcpy(&value, attribute.values.data() + point * attribute.stride() + c * sizeof value,
+                  sizeof value);
+      if (component.sample.empty()) component.low = component.high = value;
+      component.low = std::min(component.low, value);
+      component.high = std::max(component.high, value);
+      if (is_sampled) component.sample.push_back(value);
+    }
+  }
+}
+
+double ValueSpread::above_noise(size_t component, double extent) const {
+  const Component& of = components_[component];
+  const double largest = std::max(std::fabs(double{of.low}), std::fabs(double{of.high}));
+  return extent > kNoise * largest ? extent : 0;
+}
+
+double ValueSpread::extent(size_t component) const {
+  return above_noise(component, double{components_[component].high} - double{components_[component].low});
+}
+
+double ValueSpread::inner_extent(size_t component) const {
+  constexpr size_t kTrimmed = 50;  // one of so many at each end
+  std::vector<float> sample = components_[component].sample;
+  if (sample.empty()) return 0;
+  const auto cut = static_cast<std::ptrdiff_t>(sample.size() / kTrimmed);
+  std::ranges::nth_element(sample, sample.begin() + cut);
+  const float low = sample[static_cast<size_t>(cut)];
+  std::ranges::nth_element(sample, sample.end() - 1 - cut);
+  const double inner = double{*(sample.end() - 1 - cut)} - double{low};
+  // The far values say nothing about the noise of the others.
+  const double largest = std::max(std::fabs(double{low}), std::fabs(double{low} + inner));
+  return inner > kNoise * largest ? inner : 0;
+}
+
+void GridLoss::add_positions(const Mesh& mesh, const Attribute& attribute, const AttributeCoding& grid,
+                             Span<const uint8_t> stored) {
+  const Placed placed(attribute, grid, stored);
+  points += coinciding(placed);
+  for (const auto& face : mesh.faces) {
+    if (!placed.are_stored(face)) continue;
+    const GridPlace normal = cross(placed[face[0]], placed[face[1]], placed[face[2]]);
+    const bool is_flat = normal == GridPlace{};
+    if (is_flat && !has_area(placed, face)) continue;
+    ++faces.all;
+    faces.lost += is_flat ? 1 : 0;
+  }
+}
+
+void GridLoss::add_texture_coordinates(const Mesh& mesh, const Attribute& attribute,
+                                       const AttributeCoding& grid, Span<const uint8_t> stored, double scale) {
+  const Placed placed(attribute, grid, stored);
+  for (const auto& face : mesh.faces) {
+    if (!placed.are_stored(face)) continue;
+    for (size_t i = 0; i < 3; ++i) {
+      const uint32_t a = face[i], b = face[(i + 1) % 3];
+      const bool is_equal = placed[a] == placed[b];
+      if (is_equal && (a == b || !placed.differ(a, b))) continue;
+      ++edges.all;
+      edges.lost += is_equal ? 1 : 0;
+    }
+  }
+  moved.all += placed.stored_count();
+  if (std::ranges::all_of(grid.origin, [&](float origin) {
+        return grid_bound(grid.bits, origin, grid.range) * scale <= kTextureError;
+      }))
+    return;
+  const float step = grid.range / Placed::steps_of(grid);
+  for (uint32_t point = 0; point < placed.size(); ++point) {
+    if (!placed.is_stored(point)) continue;
+    const Values value = placed.value_of(point);
+    double off = 0, largest = 0;
+    for (size_t c = 0; c < attribute.component_count; ++c) {
+      const float decoded = static_cast<float>(placed[point][c]) * step + grid.origin[c];
+      off = std::max(off, std::fabs(double{decoded} - double{value[c]}));
+      largest = std::max(largest, std::fabs(double{value[c]}));
+    }
+    if (off * scale <= kTextureError || off <= kNoise * largest) continue;
+    ++moved.lost;
+    farthest = std::max(farthest, off * scale);
+  }
+}
+
+}  // namespace psplit
