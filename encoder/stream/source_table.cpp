@@ -1,7 +1,12 @@
 #include "encoder/stream/source_table.h"
 
+#include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 #include <vector>
+
+#include "encoder/stream/hub_edges.h"
 
 namespace psplit {
 namespace {
@@ -11,17 +16,74 @@ struct LeavingEdge {
   uint32_t to;
   uint32_t corner;  // kLinked behind the first face that comes the other way
 };
-constexpr uint32_t kLinked = ~uint32_t{0};
+constexpr uint32_t kLinked = HubEdges::kNone;
 
 // The part of the array of edges that a vertex has.
 struct EdgeList {
   uint32_t begin = 0, end = 0;
 };
 
+// A vertex that more edges leave is a hub (hub_edges.h).
+constexpr uint32_t kMostListed = 64;
+
 bool is_flat(const SourceTable::Face& face) {
   const uint32_t* const v = face.vertex;
   return v[0] == v[1] || v[0] == v[2] || v[1] == v[2];
 }
+
+// The left ends of the fans of some vertices, while links are broken. To walk there from every corner would
+// take time quadratic in the faces of a fan.
+//
+// A walk sees a fan from its left end up to where it breaks the fan, or all of it. So corners to the left of
+// one that was not seen were not seen either.
+class FanEnds {
+ public:
+  FanEnds(const SourceTable& table, std::span<const uint32_t> corners)
+      : place_(size_t{4} * table.face_count(), kNone) {
+    for (const uint32_t corner : corners) {
+      if (place_[corner] != kNone) continue;
+      const uint32_t none = table.no_corner();
+      uint32_t first = corner;
+      for (uint32_t left = table.swing_left(first); left != corner && left != none;
+           left = table.swing_left(first))
+        first = left;
+      const bool is_cycle = table.swing_left(first) != none;
+      const auto begin = static_cast<uint32_t>(corner_at_.size());
+      for (uint32_t at = first; at != none && place_[at] == kNone; at = table.swing_right(at)) {
+        place_[at] = static_cast<uint32_t>(corner_at_.size());
+        corner_at_.push_back(at);
+      }
+      begins_.push_back(begin);
+      if (!is_cycle) ends_.insert(begin);
+    }
+  }
+
+  // The corner is a left end from now on.
+  void add(uint32_t corner) {
+    if (place_[corner] != kNone) ends_.insert(place_[corner]);
+  }
+
+  uint32_t first_of(uint32_t corner, const SourceTable& table) const {
+    const uint32_t place = place_[corner];
+    const auto fan = std::ranges::upper_bound(begins_, place);
+    const uint32_t begin = *std::prev(fan);
+    const uint32_t end = fan == begins_.end() ? static_cast<uint32_t>(corner_at_.size()) : *fan;
+    const auto after = ends_.upper_bound(place);
+    if (after != ends_.begin() && *std::prev(after) >= begin) return corner_at_[*std::prev(after)];
+    // The place of the corner in a cycle is before all ends: the last of them is the one to its left.
+    const auto last = ends_.lower_bound(end);
+    if (last != ends_.begin() && *std::prev(last) >= begin) return corner_at_[*std::prev(last)];
+    return table.swing_right(corner);
+  }
+
+ private:
+  static constexpr uint32_t kNone = ~uint32_t{0};
+
+  std::vector<uint32_t> place_;      // of each corner, in the order of fans from left to right
+  std::vector<uint32_t> corner_at_;  // of each place
+  std::vector<uint32_t> begins_;     // the places where fans begin
+  std::set<uint32_t> ends_;          // the places of left ends
+};
 
 }  // namespace
 
@@ -39,7 +101,8 @@ SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
     face.fans_seen = 0b111;
   }
   faces_[face_count_] = {{}, Face::kSeen, {none, none, none}, 0b111};
-  if (const std::vector<bool> may_fold = link_faces(vertex_limit); !may_fold.empty()) break_folds(may_fold);
+  if (const std::vector<bool> may_fold = link_faces(vertex_limit); !may_fold.empty())
+    break_folds(may_fold, vertex_limit);
   separate_fans(vertex_limit);
 }
 
@@ -58,33 +121,57 @@ std::vector<bool> SourceTable::link_faces(uint32_t vertex_limit) {
     edge_count += count;
   }
   const std::unique_ptr<LeavingEdge[]> edges(new LeavingEdge[edge_count]);
+  HubEdges hub_edges;  // those that leave vertices whose lists are longer than kMostListed
   std::vector<bool> may_fold;
   const auto note_fold = [&](uint32_t from, uint32_t to) {
-    may_fold.resize(vertex_limit);
+    if (may_fold.empty()) may_fold.resize(vertex_limit);
     may_fold[from] = may_fold[to] = true;
+  };
+  // Takes the edge `to` - `from` that a new edge of a face with this apex is linked to; kNone if there is none.
+  const auto take_back = [&](uint32_t from, uint32_t to, uint32_t apex) {
+    const EdgeList back = lists[to];
+    if (back.end - back.begin > kMostListed) {
+      const HubEdges::Found found = hub_edges.take(to, from, apex);
+      if (found.passed_some) note_fold(from, to);
+      return found.corner;
+    }
+    for (uint32_t at = back.begin; at < back.end; ++at) {
+      if (edges[at].to != from) continue;
+      if (edges[at].corner != kLinked && vertex(edges[at].corner) != apex)
+        return std::exchange(edges[at].corner, kLinked);
+      note_fold(from, to);
+    }
+    return HubEdges::kNone;
+  };
+  const auto add = [&](uint32_t from, uint32_t to, uint32_t corner) {
+    EdgeList& list = lists[from];
+    const auto add_to_hub = [&](const LeavingEdge& edge) {
+      const uint32_t apex = edge.corner == kLinked ? kLinked : vertex(edge.corner);
+      if (hub_edges.add(from, edge.to, edge.corner, apex)) note_fold(from, edge.to);
+    };
+    if (list.end - list.begin > kMostListed) {
+      add_to_hub({to, corner});
+      ++list.end;
+      return;
+    }
+    for (uint32_t other = list.begin; other < list.end; ++other)
+      if (edges[other].to == to) note_fold(from, to);
+    edges[list.end++] = {to, corner};
+    if (list.end - list.begin > kMostListed)
+      for (uint32_t at = list.begin; at < list.end; ++at) add_to_hub(edges[at]);
   };
   for (uint32_t i = 0; i < face_count_; ++i) {
     Face& face = faces_[i];
     if (face.mark != Face::kUnseen) continue;
     for (uint32_t k = 0; k < 3; ++k) {
       const uint32_t corner = 4 * i + k, from = face.vertex[core::next(k)], to = face.vertex[core::previous(k)];
-      const EdgeList back = lists[to];
-      uint32_t at = back.begin;
-      for (; at < back.end; ++at) {
-        if (edges[at].to != from) continue;
-        if (edges[at].corner != kLinked && vertex(edges[at].corner) != face.vertex[k]) break;
-        note_fold(from, to);
-      }
-      if (at < back.end) {
-        const uint32_t across = std::exchange(edges[at].corner, kLinked);
-        face.opposite[k] = across;
-        this->face(across).opposite[across & 3] = corner;
+      const uint32_t across = take_back(from, to, face.vertex[k]);
+      if (across == HubEdges::kNone) {
+        add(from, to, corner);
         continue;
       }
-      EdgeList& list = lists[from];
-      for (uint32_t other = list.begin; other < list.end; ++other)
-        if (edges[other].to == to) note_fold(from, to);
-      edges[list.end++] = {to, corner};
+      face.opposite[k] = across;
+      this->face(across).opposite[across & 3] = corner;
     }
   }
   return may_fold;
@@ -100,45 +187,63 @@ void SourceTable::unlink(uint32_t corner) {
 // Walks clockwise around each vertex that may have a fold. If the edge ahead was passed before, both are
 // unlinked, and the rest of the fan is left for later: its faces may have become other fans. The result depends
 // on the order.
-void SourceTable::break_folds(const std::vector<bool>& may_fold) {
-  // An edge that was passed: the vertex at its other end, and the corner across from it.
-  struct Edge {
-    uint32_t to, corner;
-  };
-  std::vector<Edge> passed;
+void SourceTable::break_folds(const std::vector<bool>& may_fold, uint32_t vertex_limit) {
   std::vector<uint32_t> corners;  // of these vertices
   for (uint32_t corner = 0; corner < no_corner(); ++corner)
     if ((corner & 3) != 3 && face(corner).mark == Face::kUnseen && may_fold[vertex(corner)])
       corners.push_back(corner);
   std::vector<bool> seen(size_t{4} * face_count_);
+  // For each vertex the last walk that passed an edge to it, and the corner across from this edge. No walk
+  // passes two edges to one vertex.
+  struct Passed {
+    uint32_t walk = 0, corner = 0;
+  };
+  std::vector<Passed> passed(vertex_limit);
+  uint32_t walk_count = 0;
+  std::optional<FanEnds> ends;
+  const auto unlink_both = [&](uint32_t corner) {
+    const uint32_t across = opposite(corner);
+    if (ends && across != no_corner())
+      for (const uint32_t side : {corner, across}) ends->add(core::previous(side));
+    unlink(corner);
+  };
   // Walks on from `first`. Returns whether links were broken.
   const auto walk = [&](uint32_t first) {
-    passed.clear();
+    ++walk_count;
     uint32_t at = first;
     do {
       seen[at] = true;
-      const uint32_t to = vertex(core::next(at)), corner = core::previous(at);
-      for (const Edge& edge : passed) {
-        // The walk comes back to where it began.
-        if (edge.to != to || opposite(corner) == edge.corner) continue;
-        unlink(corner);
-        unlink(edge.corner);
+      const uint32_t corner = core::previous(at);
+      const Passed edge = passed[vertex(core::next(at))];
+      // If it is linked to this one, the walk comes back to where it began.
+      if (edge.walk == walk_count && opposite(corner) != edge.corner) {
+        unlink_both(corner);
+        unlink_both(edge.corner);
         return true;
       }
-      passed.push_back({vertex(core::previous(at)), core::next(at)});
+      passed[vertex(core::previous(at))] = {walk_count, core::next(at)};
       at = swing_right(at);
     } while (at != first && at != no_corner());
     return false;
   };
-  for (bool broken = true; std::exchange(broken, false);)
-    for (const uint32_t corner : corners) {
-      if (seen[corner]) continue;
-      uint32_t first = corner;
-      for (uint32_t left = swing_left(first); left != corner && left != no_corner() && !seen[left];
-           left = swing_left(first))
-        first = left;
-      broken |= walk(first);
+  // The first corner to the left that no walk has seen yet, without a seen one between.
+  const auto first_of = [&](uint32_t corner) {
+    constexpr size_t kMostSteps = 64;
+    uint32_t first = corner;
+    size_t steps = 0;
+    for (uint32_t left = swing_left(first); left != corner && left != no_corner() && !seen[left];
+         left = swing_left(first)) {
+      if (++steps > kMostSteps) {
+        if (!ends) ends.emplace(*this, corners);
+        return ends->first_of(corner, *this);
+      }
+      first = left;
     }
+    return first;
+  };
+  for (bool broken = true; std::exchange(broken, false);)
+    for (const uint32_t corner : corners)
+      if (!seen[corner]) broken |= walk(first_of(corner));
 }
 
 // The first fan of a vertex keeps its number.

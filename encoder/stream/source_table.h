@@ -63,7 +63,7 @@ class SourceTable {
 
  private:
   std::vector<bool> link_faces(uint32_t vertex_limit);
-  void break_folds(const std::vector<bool>& may_fold);
+  void break_folds(const std::vector<bool>& may_fold, uint32_t vertex_limit);
   void separate_fans(uint32_t vertex_limit);
   void unlink(uint32_t corner);
 

@@ -149,5 +149,43 @@ TEST(EncodeConnectivity, RandomMeshesAreAsByLibdraco) {
   RecordProperty("streams", static_cast<int>(met.streams));
 }
 
+// Faces around a few vertices: more than the encoder lists by their edges.
+void make_hubs(std::mt19937_64& random, Soup& soup) {
+  const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
+  const uint32_t rim = 3 + below(below(2) == 0 ? 8 : 200), faces = 70 + below(2500), kind = below(4);
+  const uint32_t flipped = 2 + below(20);
+  soup.mesh.point_count = rim + 2;
+  for (uint32_t i = 0; i < faces; ++i) {
+    const uint32_t a = 2 + (kind == 0 ? i % rim : below(rim)), b = a + 1 == rim + 2 ? 2 : a + 1;
+    std::array<uint32_t, 3> face{0, a, b};             // sheets around a vertex,
+    if (kind == 1) face = {0, 1, a};                   // pages at an edge,
+    if (kind == 2) face = {0, a, 2 + below(rim)};      // any faces of a vertex,
+    if (kind == 3 && below(2) == 0) face = {1, b, a};  // or sheets between two
+    if (below(flipped) == 0) std::swap(face[1], face[2]);
+    std::rotate(face.begin(), face.begin() + below(3), face.end());
+    soup.mesh.faces.push_back(face);
+  }
+  soup.welded.mesh = &soup.mesh;
+  std::vector<uint32_t>& value = soup.welded.value_of_point.emplace_back(soup.mesh.point_count);
+  for (uint32_t point = 0; point < value.size(); ++point) value[point] = point;
+  soup.mesh.attributes.push_back(
+      make_attribute("POSITION", ComponentType::kUint8, 1, false, std::vector<uint8_t>(soup.mesh.point_count)));
+  soup.patch = whole_mesh(soup.mesh);
+}
+
+TEST(EncodeConnectivity, VerticesOfManyFacesAreAsByLibdraco) {
+  Met met;
+  std::mt19937_64 random(1);
+  for (size_t round = 0; round < random_rounds(300); ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
+    Soup soup;
+    make_hubs(random, soup);
+    compare(soup.welded, soup.patch, static_cast<int>(round % 11), met);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  EXPECT_GT(met.streams, 0u);
+  EXPECT_GT(met.more_vertices, 0u);
+}
+
 }  // namespace
 }  // namespace psplit
