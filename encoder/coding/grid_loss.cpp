@@ -38,8 +38,9 @@ class Placed {
   uint32_t size() const { return static_cast<uint32_t>(places_.size()); }
   size_t stored_count() const { return stored_count_; }
   bool is_stored(uint32_t point) const { return stored_.empty() || stored_[point] != 0; }
+  // Not those of indices that are out of range, which check_mesh reports later.
   bool are_stored(const std::array<uint32_t, 3>& face) const {
-    return is_stored(face[0]) && is_stored(face[1]) && is_stored(face[2]);
+    return std::ranges::all_of(face, [&](uint32_t point) { return point < size() && is_stored(point); });
   }
   const GridPlace& operator[](uint32_t point) const { return places_[point]; }
   // Missing components are 0, and so are both zeros.

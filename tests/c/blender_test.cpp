@@ -196,6 +196,7 @@ TEST(Blender, EncodesWhatTheEncoderEncodes) {
              attribute.semantic.starts_with("WEIGHTS_"));
       CodingOptions bits;
       bits.color_bits = 10;
+      bits.given = {true, true, true, true, true};  // Blender states them
       const std::vector<AttributeCoding> codings = choose_codings(coded, bits);
       round_weights(coded, codings);
       if (!encoding.is_encoded) {

@@ -243,5 +243,12 @@ TEST(PrecisionGuard, UnstoredPointsDoNotCount) {
   EXPECT_EQ(codings[1].bits, 12);
 }
 
+TEST(PrecisionGuard, IndicesOutOfRangeAreNotItsErrors) {
+  Mesh mesh = Sheet().with();
+  mesh.faces[5][1] = mesh.point_count;
+  mesh.faces[6] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+  EXPECT_TRUE(guard(mesh).notes.empty());
+}
+
 }  // namespace
 }  // namespace psplit
