@@ -192,6 +192,40 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   EXPECT_EQ(counts(), (Counts{2, 1, 0}));
 }
 
+// Readers need not see all bytes of a file, but a file with other bytes is another file.
+TEST_F(Batch, AnyOtherByteOfAnOutputIsAChange) {
+  generate("in/a.glb");
+  const auto binary = [&] {
+    return path("out/" + Json::parse(read_bytes(path("out/a.gltf")))["buffers"][0]["uri"].get<std::string>());
+  };
+  enum class Change { kAppended, kCut, kFlipped };
+  for (const std::string part : {"glb", "gltf", "bin"}) {
+    const std::string form = part == "glb" ? "glb" : "gltf";
+    ASSERT_EQ(batch({"--as", form}), 0) << err_;
+    for (const Change change : {Change::kAppended, Change::kCut, Change::kFlipped}) {
+      const std::string file = part == "bin" ? binary() : path("out/a." + part);
+      std::string bytes = read_bytes(file);
+      const auto time = fs::last_write_time(file);
+      if (change == Change::kAppended) bytes += ' ';
+      if (change == Change::kCut) bytes.pop_back();
+      if (change == Change::kFlipped) bytes.back() = static_cast<char>(bytes.back() ^ 1);
+      std::ofstream(file, std::ios::binary) << bytes;
+      fs::last_write_time(file, time);
+      ASSERT_EQ(batch({"--as", form}), 0) << err_;
+      EXPECT_EQ(counts(), (Counts{1, 0, 0})) << file << static_cast<int>(change);
+      ASSERT_EQ(batch({"--as", form}), 0) << err_;
+      EXPECT_EQ(counts(), (Counts{0, 1, 0})) << file << static_cast<int>(change);
+    }
+  }
+  // What has bytes of someone else's stays.
+  generate("in/kept.glb", "500", "2");
+  ASSERT_EQ(batch(), 0) << err_;
+  std::ofstream(path("out/a.glb"), std::ios::binary | std::ios::app) << "theirs";
+  fs::remove(path("in/a.glb"));
+  ASSERT_EQ(run({"batch", path("in/*.glb"), "-o", path("out"), "--prune", "--force"}), 0) << err_;
+  EXPECT_TRUE(fs::exists(path("out/a.glb")));
+}
+
 TEST_F(Batch, WritesGltfToo) {
   generate("in/a.glb");
   ASSERT_EQ(batch({"--as", "gltf"}), 0);

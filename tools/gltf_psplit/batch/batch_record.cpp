@@ -71,6 +71,19 @@ std::string hash_asset(const Document& document) {
   return hash.hex();
 }
 
+Expected<OutputHash> hash_output(const fs::path& path) {
+  Expected<Document> document = read_document(path);
+  if (!document) return document.status();
+  ContentHash hash;
+  hash.add_framed(hash_asset(*document));
+  for (const fs::path& file : document->files) {
+    const Expected<MappedFile> bytes = MappedFile::open(file);
+    if (!bytes) return bytes.status();
+    hash.add_framed(bytes->bytes());
+  }
+  return OutputHash{hash.hex(), std::move(*document)};
+}
+
 fs::path record_folder(const fs::path& output_folder) { return output_folder / kFolder; }
 fs::path division_file(const fs::path& folder) { return record_folder(folder) / "division"; }
 

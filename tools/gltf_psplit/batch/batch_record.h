@@ -20,6 +20,15 @@ namespace psplit {
 // The hash of an asset: its JSON, the bytes of its buffers, and those of the image files that it refers to.
 std::string hash_asset(const Document& document);
 
+// The hash of an output: that of the asset, and of its files whole, because a reader need not see bytes that
+// were appended to them.
+struct OutputHash {
+  std::string hash;
+  Document document;
+};
+// Errors: those of read_document.
+Expected<OutputHash> hash_output(const std::filesystem::path& path);
+
 // The folder below the output folder that holds the records and the reports of all shards.
 std::filesystem::path record_folder(const std::filesystem::path& output_folder);
 
@@ -36,7 +45,7 @@ class BatchRecord {
  public:
   struct Entry {
     std::string made_from;  // hash of input and options
-    std::string output;     // hash_asset of the written asset; empty before it was written
+    std::string output;     // that of hash_output; empty before it was written
     // What else the line says: "figures", which a later run reports, and the "input", absolute and
     // percent-encoded.
     Json details = Json::object();

@@ -282,10 +282,10 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
     return status;
   }
   log_written(outcome.written, session_.log, job.item.input + ": ");
-  const Expected<Document> written = read_document(job.output);
+  const Expected<OutputHash> written = hash_output(job.output);
   if (!written) return written.status();
-  outcome.sizes.output = bytes_on_disk(*written);
-  if (Status status = check_report_beside(*written); !status.ok()) return status;
+  outcome.sizes.output = bytes_on_disk(written->document);
+  if (Status status = check_report_beside(written->document); !status.ok()) return status;
   if (!arguments_.staging.store.empty()) {
     if (outcome.written.files.size() != 1)
       return wrong_usage("--store takes one file for each asset: use --as glb and --images embed");
@@ -297,7 +297,7 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
                                        : done_word(arguments_.verb)));
   Json details{{"figures", figures_of(outcome, arguments_.verb)}};
   if (const std::string input = recorded_input(job); !input.empty()) details["input"] = input;
-  return record_.add(job.record_name, {key, hash_asset(*written), std::move(details)});
+  return record_.add(job.record_name, {key, written->hash, std::move(details)});
 }
 
 // Empty if a command brings the input or takes the output away.
@@ -385,10 +385,10 @@ Expected<bool> AssetWork::is_up_to_date(Job& job, const std::string& key) {
     if (!back) return false;  // it is stored again
     file = std::move(*back);
   }
-  const Expected<Document> output = read_document(file);
+  const Expected<OutputHash> output = hash_output(file);
   if (output)
-    if (Status status = check_report_beside(*output); !status.ok()) return status;
-  return output && record_.has(job.record_name, {key, hash_asset(*output)});
+    if (Status status = check_report_beside(output->document); !status.ok()) return status;
+  return output && record_.has(job.record_name, {key, output->hash});
 }
 
 // The report must replace no file of an asset, before or after the work.
