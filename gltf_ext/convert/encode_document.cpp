@@ -396,6 +396,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     return wrong_usage("coarse_share is not between 0 and 1");
   auto reports = encode_geometry(document, options, backend, pool, progress, limits);
   if (!reports) return reports;
+  join_draco_extensions(document);
   // Loaders of stock Draco would show the coarse primitives.
   if (options.compat == Compat::kKhr) drop_coarse_primitives(document);
   if (options.fallback != Fallback::kCoarse) return reports;

@@ -4,15 +4,30 @@
 #include <set>
 
 #include "gltf_ext/document/drop_unused.h"
+#include "gltf_ext/json/extension_names.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
 namespace {
 
+// The two Draco extensions stand together, stock Draco first, in the place of the one that was listed first.
+// Condensing gives all primitives of the one the other, and expanding gives them back: so a list is then what
+// it was, although nothing says where the other one stood.
+void join_draco_names(Json& names) {
+  const auto stock = std::find(names.begin(), names.end(), Json(kStockExtensionName));
+  const auto patches = std::find(names.begin(), names.end(), Json(kExtensionName));
+  if (stock == names.end() || patches == names.end()) return;
+  if (patches < stock)
+    std::rotate(patches, stock, stock + 1);
+  else
+    std::rotate(stock + 1, patches, patches + 1);
+}
+
 void add_name(Json& json, const char* list, const char* name) {
   Json& names = json[list];
   if (!names.is_array()) names = Json::array();
   if (std::find(names.begin(), names.end(), Json(name)) == names.end()) names.push_back(name);
+  join_draco_names(names);
 }
 
 bool remove_name(Json& json, const char* list, const std::string& name) {
@@ -57,6 +72,11 @@ bool contains_extension(const Json& tree, const char* name) {
 void list_extension(Document& document, const char* name, bool required) {
   add_name(document.json(), "extensionsUsed", name);
   if (required) add_name(document.json(), "extensionsRequired", name);
+}
+
+void join_draco_extensions(Document& document) {
+  for (const char* list : {"extensionsUsed", "extensionsRequired"})
+    if (Json* names = array_field(document.json(), list)) join_draco_names(*names);
 }
 
 void require_extension(Document& document, const char* name, bool required) {

@@ -8,12 +8,17 @@
 
 namespace psplit {
 
-// Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired.
+// Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired. Joins the Draco
+// extensions of the list (join_draco_extensions).
 void list_extension(Document& document, const char* name, bool required);
 
 // Adds `name` to extensionsRequired if it is required, and removes it if it is not. No effect on a document
 // that does not use the extension.
 void require_extension(Document& document, const char* name, bool required);
+
+// If a list has both Draco extensions, they get adjacent places, stock Draco first, where the first of them
+// was. So what is condensed and expanded has the lists of what was not condensed.
+void join_draco_extensions(Document& document);
 
 // Removes an extension from every object that has it, and from both lists, with the accessors and buffer views
 // that nothing else uses. Returns the number of objects; nothing if the document does not name the extension.

@@ -78,9 +78,10 @@ void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids
       std::ranges::all_of(ids, [&](PrimitiveId id) { return has_fallback(document, id); });
   for (const PrimitiveId id : ids) {
     Json& extensions = primitive_json(document, id)["extensions"];
-    Json moved = std::move(extensions[from]);
-    extensions.erase(from);
-    extensions[to] = std::move(moved);
+    Json renamed = Json::object();  // in the same order
+    for (auto& [name, extension] : extensions.items())
+      if (name != to) renamed[name == from ? to : name] = std::move(extension);
+    extensions = std::move(renamed);
   }
   list_extension(document, to, !all_have_fallbacks);
 }

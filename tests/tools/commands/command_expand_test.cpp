@@ -60,6 +60,25 @@ TEST_F(ExpandCommand, GivesTheFileOfNoCondense) {
     }
 }
 
+// The names of extensions keep their order, wherever that of Draco stood.
+TEST_F(ExpandCommand, ExtensionsOfAnInputWithStockDracoKeepTheirOrder) {
+  must_run({"generate", path("scene.glb"), "--shape", "scene", "--faces", "6000", "-q"});
+  must_run({"encode", path("scene.glb"), path("stock.gltf"), "--compat", "khr", "-q"});
+  nlohmann::json asset = nlohmann::json::parse(read_bytes(path("stock.gltf")));
+  asset["extensionsUsed"] = {"KHR_draco_mesh_compression", "KHR_materials_unlit"};
+  std::ofstream(path("stock.gltf"), std::ios::binary) << asset.dump();
+  for (const char* patches : {"0", "1", "3"}) {
+    std::vector<std::string> options{"encode", path("stock.gltf"), path("plain.glb"), "-q", "--force"};
+    if (*patches != '0') options.insert(options.end(), {"--patches", patches});
+    must_run(options);
+    options[2] = path("condensed.glb");
+    options.push_back("--condense");
+    must_run(options);
+    must_run({"expand", path("condensed.glb"), path("expanded.glb"), "-q", "--force"});
+    EXPECT_TRUE(read_bytes(path("expanded.glb")) == read_bytes(path("plain.glb"))) << patches;
+  }
+}
+
 TEST_F(ExpandCommand, PatchesOfTheInputAreCondensedAndComeBack) {
   const std::string split = split_sample();
   must_run({"encode", split, path("small.glb"), "--condense", "--report", path("report.json"), "-j", "2"});
