@@ -293,6 +293,7 @@ class DocumentDecoder {
 Status decode_document(Document& document, const DecodeBackend& backend, const ThreadPool& pool,
                        const Progress& progress, const MemoryLimit& limit) {
   if (Status status = document.check(); !status.ok()) return status;
+  make_meshopt_views_plain(document);
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
     const PrimitiveRecord& primitive = document.records().primitive(id);

@@ -201,7 +201,12 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
       moved += std::ranges::any_of(value, [](std::byte b) { return b != std::byte{0}; }) ? 1 : 0;
     }
     const uint64_t index_bytes = points > 0x10000 ? 4 : points > 0x100 ? 2 : 1;
-    bytes += morph.sparse ? std::min(points * width, moved * (width + index_bytes)) : points * width;
+    const uint64_t stored =
+        morph.sparse ? std::min(points * width, moved * (width + index_bytes)) : points * width;
+    // A view that meshoptimizer compressed will be compressed again.
+    const AccessorRecord& accessor = document.records().accessor(found->accessor);
+    const uint64_t before = accessor.stored_bytes();
+    bytes += before == 0 ? stored : stored * document.records().file_bytes(accessor) / before;
   }
   return bytes;
 }

@@ -326,6 +326,18 @@ uint64_t AssetRecords::points_of(const PrimitiveRecord& primitive) const {
   return position < 0 ? 0 : accessor(position).count;
 }
 
+uint64_t AssetRecords::file_bytes(const AccessorRecord& accessor) const {
+  const ElementLayout& layout = accessor.layout;
+  uint64_t bytes = 0;
+  if (accessor.has_view())
+    bytes += view(accessor.elements.view).file_bytes_of(accessor.count * layout.stored_bytes());
+  if (const auto& sparse = accessor.sparse) {
+    bytes += view(sparse->indices.view).file_bytes_of(sparse->count * component_bytes(sparse->index_type));
+    bytes += view(sparse->values.view).file_bytes_of(sparse->count * layout.stored_bytes());
+  }
+  return bytes;
+}
+
 uint64_t AssetRecords::faces_of(const PrimitiveRecord& primitive) const {
   const uint64_t corners = primitive.indices < 0 ? points_of(primitive) : accessor(primitive.indices).count;
   if (primitive.mode == 4 || primitive.draco() != nullptr) return corners / 3;

@@ -36,6 +36,15 @@ struct ViewRecord {
   BufferRange range;
   uint32_t stride = 0;  // 0: none is stated
   std::optional<MeshoptRecord> meshopt{};
+
+  // The bytes that a file has for it.
+  uint64_t file_bytes() const { return meshopt ? meshopt->range.bytes : range.bytes; }
+  // The share of these that `bytes` of its decoded bytes take.
+  uint64_t file_bytes_of(uint64_t bytes) const {
+    if (!meshopt || range.bytes == 0) return bytes;
+    return static_cast<uint64_t>(static_cast<double>(bytes) * static_cast<double>(file_bytes()) /
+                                 static_cast<double>(range.bytes));
+  }
 };
 
 // How one element of an accessor is stored. Columns of a matrix start on 4-byte boundaries.
@@ -144,6 +153,10 @@ struct PSPLIT_EXPORT AssetRecords {
   const ViewRecord& view(int64_t index) const { return views[static_cast<size_t>(index)]; }
   const AccessorRecord& accessor(int64_t index) const { return accessors[static_cast<size_t>(index)]; }
   const PrimitiveRecord& primitive(PrimitiveId id) const { return meshes[id.mesh][id.primitive]; }
+
+  // The bytes that a file has for the accessor's elements. Of a view that meshoptimizer compressed it is the
+  // elements' share.
+  uint64_t file_bytes(const AccessorRecord& accessor) const;
 
   // The points and faces that the accessors state: a strip or a fan has a face for each point after the second.
   // 0 where nothing is stated, and for lines and points. A compressed primitive is a list.

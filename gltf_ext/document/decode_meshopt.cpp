@@ -1,14 +1,11 @@
-#include <meshoptimizer.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/extensions.h"
+#include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/read_steps.h"
 
@@ -30,114 +27,57 @@ Expected<std::span<const uint8_t>> compressed_bytes(const Document& document, co
   return bytes.subspan(static_cast<size_t>(offset), static_cast<size_t>(length));
 }
 
-// The preconditions of meshoptimizer's decoders, some of which it only asserts.
-bool is_legal(const MeshoptRecord& view) {
-  const size_t stride = view.stride;
-  if (view.mode != "ATTRIBUTES") {
-    const bool whole = view.mode == "INDICES" || (view.mode == "TRIANGLES" && view.count % 3 == 0);
-    return whole && (stride == 2 || stride == 4) && view.filter == "NONE";
+// What takes the place of each buffer that views name for their decoded bytes.
+class DecodedBuffers {
+ public:
+  explicit DecodedBuffers(Document& document) : document_(document) {}
+
+  uint64_t bytes() const { return bytes_; }
+
+  // Appends bytes for the view, and makes the view refer to them. They have to be used before the next call.
+  std::span<uint8_t> add(size_t index, const ViewRecord& view) {
+    Json& json = document_.json()["bufferViews"][index];
+    const auto [found, is_new] = slots_.try_emplace(view.range.buffer, slots_.size());
+    if (is_new) decoded_.push_back({describe(view.range.buffer, json), {}});
+    std::vector<uint8_t>& bytes = decoded_[found->second].second;
+    const size_t start = (bytes.size() + 7) / 8 * 8, length = view.meshopt->decoded_bytes();
+    bytes_ += start - bytes.size() + length;
+    bytes.resize(start + length);
+    json["buffer"] = document_.buffers.size() + found->second;
+    json["byteOffset"] = start;
+    return std::span(bytes).subspan(start);
   }
-  if (stride % 4 != 0) return false;
-  if (view.filter == "OCTAHEDRAL") return stride == 4 || stride == 8;
-  if (view.filter == "QUATERNION") return stride == 8;
-  return view.filter == "NONE" || view.filter == "EXPONENTIAL";
-}
 
-// The upper half of the first byte is the codec, the lower half is the version of its bitstream.
-bool is_newer(const MeshoptRecord& view, std::span<const uint8_t> bytes) {
-  if (view.filter == "COLOR") return true;
-  if (bytes.empty()) return false;
-  const int codec = bytes[0] >> 4, version = bytes[0] & 15;
-  if (view.mode == "ATTRIBUTES") return codec == 0xa && version > 0;
-  return codec == (view.mode == "TRIANGLES" ? 0xe : 0xd) && version > 1;
-}
-
-// The two filters that round square roots. meshoptimizer estimates their reciprocals, with other results on
-// other processors; these are EXT_meshopt_compression's own formulas, whose results are the same everywhere.
-template <typename T>
-void unfilter_directions(uint8_t* rows, size_t count) {
-  for (size_t i = 0; i < count; ++i, rows += 4 * sizeof(T)) {
-    T row[4];
-    std::memcpy(row, rows, sizeof row);
-    // In units of the row's third number, so that all are integers.
-    double x = row[0], y = row[1];
-    const double z = row[2] - std::fabs(x) - std::fabs(y), below = std::min(z, 0.0);
-    x -= std::copysign(below, x);
-    y -= std::copysign(below, y);
-    const double length = std::sqrt(x * x + y * y + z * z), scale = std::numeric_limits<T>::max();
-    const auto rounded = [&](double value) {
-      return static_cast<T>(length > 0 ? std::lround(value / length * scale) : 0);
-    };
-    row[0] = rounded(x), row[1] = rounded(y), row[2] = rounded(z);
-    std::memcpy(rows, row, sizeof row);
+  bool finish() {
+    for (auto& [json, bytes] : decoded_) {
+      json["byteLength"] = bytes.size();
+      document_.json()["buffers"].push_back(std::move(json));
+      document_.buffers.push_back(std::move(bytes));
+    }
+    return !decoded_.empty();
   }
-}
 
-int16_t to_int16(double value) {
-  return static_cast<int16_t>(std::clamp(std::lround(value), -0x8000L, 0x7fffL));
-}
-
-void unfilter_rotations(uint8_t* rows, size_t count) {
-  for (size_t i = 0; i < count; ++i, rows += 4 * sizeof(int16_t)) {
-    int16_t row[4];
-    std::memcpy(row, rows, sizeof row);
-    const int largest = row[3] & 3, one = row[3] | 3;
-    const double scale = 32767 * std::sqrt(0.5) / one;
-    const double x = row[0], y = row[1], z = row[2];
-    const double left = 1 - (x * x + y * y + z * z) / (2.0 * one * one);
-    int16_t rotation[4];
-    for (int k = 0; k < 3; ++k) rotation[(largest + 1 + k) % 4] = to_int16(row[k] * scale);
-    rotation[largest] = to_int16(32767 * std::sqrt(std::max(left, 0.0)));
-    std::memcpy(rows, rotation, sizeof rotation);
+ private:
+  // A buffer whose file has no bytes stays one of these. Otherwise the file has what loaders without the
+  // extension need, and so will the file that is written.
+  Json describe(int64_t buffer, const Json& view) const {
+    Json json = std::as_const(document_).json()["buffers"][static_cast<size_t>(buffer)];
+    const bool has_uri = json.erase("uri") > 0;
+    if (!document_.buffers[static_cast<size_t>(buffer)].empty()) return {{"byteLength", 0}};
+    if (has_uri && meshopt_extension(json) != nullptr) erase_meshopt_extension(json);
+    if (has_uri || is_meshopt_fallback(json)) return json;
+    json["extensions"][name_of_meshopt(view)] = {{"fallback", true}};
+    return json;
   }
-}
 
-bool decode(const MeshoptRecord& view, std::span<const uint8_t> bytes, uint8_t* to) {
-  const uint8_t* from = bytes.data();
-  if (view.mode == "TRIANGLES")
-    return meshopt_decodeIndexBuffer(to, view.count, view.stride, from, bytes.size()) == 0;
-  if (view.mode == "INDICES")
-    return meshopt_decodeIndexSequence(to, view.count, view.stride, from, bytes.size()) == 0;
-  if (meshopt_decodeVertexBuffer(to, view.count, view.stride, from, bytes.size()) != 0) return false;
-  if (view.filter == "OCTAHEDRAL" && view.stride == 4) unfilter_directions<int8_t>(to, view.count);
-  if (view.filter == "OCTAHEDRAL" && view.stride == 8) unfilter_directions<int16_t>(to, view.count);
-  if (view.filter == "QUATERNION") unfilter_rotations(to, view.count);
-  if (view.filter == "EXPONENTIAL") meshopt_decodeFilterExp(to, view.count, view.stride);
-  return true;
-}
+  Document& document_;
+  std::map<int64_t, size_t> slots_;  // of the buffers in the file
+  std::vector<std::pair<Json, std::vector<uint8_t>>> decoded_;
+  uint64_t bytes_ = 0;
+};
 
-}  // namespace
-
-Status decode_meshopt_views(Document& document) {
-  uint64_t all_bytes = 0;
-  for (const auto& buffer : document.buffers) all_bytes += buffer.size();
-  std::vector<uint8_t> decoded;
-  const size_t target = document.buffers.size();
-  bool any = false;
-  const std::vector<ViewRecord> views = document.records().views;
-  for (size_t i = 0; i < views.size(); ++i) {
-    if (!views[i].meshopt) continue;
-    const MeshoptRecord& compressed = *views[i].meshopt;
-    const std::string name = "buffer view " + std::to_string(i) + ", compressed by meshoptimizer, ";
-    const Expected<std::span<const uint8_t>> bytes = compressed_bytes(document, views[i]);
-    if (!bytes) return invalid_input(name + bytes.status().message());
-    if (is_newer(compressed, *bytes)) continue;
-    if (!is_legal(compressed))
-      return invalid_input(name + "has an illegal combination of mode, filter and byteStride");
-    const size_t start = (decoded.size() + 7) / 8 * 8;
-    // Views may share their bytes, but not so often that a small file becomes huge.
-    if (start + compressed.decoded_bytes() > kMostBytesOfAByte * all_bytes + 8 * (i + 1))
-      return invalid_input(name + "shares its bytes with too many other views");
-    decoded.resize(start + compressed.decoded_bytes());
-    if (!decode(compressed, *bytes, decoded.data() + start)) return invalid_input(name + "cannot be decoded");
-    Json& view = document.json()["bufferViews"][i];
-    view["buffer"] = target;
-    view["byteOffset"] = start;
-    erase_meshopt_extension(view);
-    any = true;
-  }
-  if (!any) return {};
-  append_buffer(document, std::move(decoded));
+// Drops the buffers that decoded bytes took the place of, and the names of extensions that nothing has.
+void sweep(Document& document) {
   drop_unused(document, {});
   // An unknown extension may keep a fallback buffer in its place.
   const AssetRecords records = document.records();
@@ -150,7 +90,50 @@ Status decode_meshopt_views(Document& document) {
     if (document.buffers[i].empty()) buffer["byteLength"] = 0;
   }
   for (const char* name : kMeshoptExtensions) unlist_unused_extension(document, name);
+}
+
+}  // namespace
+
+Status decode_meshopt_views(Document& document) {
+  uint64_t all_bytes = 0;
+  for (const auto& buffer : document.buffers) all_bytes += buffer.size();
+  const std::vector<ViewRecord> views = document.records().views;
+  DecodedBuffers decoded(document);
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].meshopt) continue;
+    const MeshoptRecord& compressed = *views[i].meshopt;
+    const std::string name = "buffer view " + std::to_string(i) + ", compressed by meshoptimizer, ";
+    const Expected<std::span<const uint8_t>> bytes = compressed_bytes(document, views[i]);
+    if (!bytes) return invalid_input(name + bytes.status().message());
+    if (!is_readable_meshopt(compressed, *bytes)) continue;
+    if (!is_legal_meshopt(compressed))
+      return invalid_input(name + "has an illegal combination of mode, filter and byteStride");
+    // Views may share their bytes, but not so often that a small file becomes huge.
+    if (decoded.bytes() + compressed.decoded_bytes() > kMostBytesOfAByte * all_bytes + 8 * (i + 1))
+      return invalid_input(name + "shares its bytes with too many other views");
+    const std::span<uint8_t> rows = decoded.add(i, views[i]);
+    if (!decode_meshopt_rows(compressed, *bytes, rows.data())) return invalid_input(name + "cannot be decoded");
+    undo_meshopt_filter(compressed, rows.data());
+  }
+  if (decoded.finish()) sweep(document);
   return {};
+}
+
+void make_meshopt_views_plain(Document& document) {
+  const std::vector<ViewRecord> views = document.records().views;
+  bool any = false;
+  Json& json = document.json();
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].meshopt || document.buffers[static_cast<size_t>(views[i].range.buffer)].empty()) continue;
+    erase_meshopt_extension(json["bufferViews"][i]);
+    any = true;
+  }
+  if (!any) return;
+  for (size_t i = 0; i < document.buffers.size(); ++i) {
+    Json& buffer = json["buffers"][i];
+    if (is_meshopt_fallback(buffer) && !document.buffers[i].empty()) erase_meshopt_extension(buffer);
+  }
+  sweep(document);
 }
 
 }  // namespace psplit

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/files/files.h"
@@ -168,9 +169,12 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   if (Status status = load_buffers(document, uris, false, std::move(binary), access); !status.ok())
     return status;
   if (Status status = decode_meshopt_views(document); !status.ok()) return status;
-  if (Status status = load_buffers(document, take_uris(document, true), true, std::nullopt, access);
-      !status.ok())
+  const Uris fallbacks = take_uris(document, true);
+  if (Status status = load_buffers(document, fallbacks, true, std::nullopt, access); !status.ok())
     return status;
+  // With bytes of their own these are buffers like others.
+  for (size_t i = 0; i < fallbacks.size(); ++i)
+    if (fallbacks[i]) erase_meshopt_extension(document.json()["buffers"][i]);
   if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
   return document;
 }
@@ -185,7 +189,7 @@ size_t growing_buffer(Document& document) {
   if (!buffers.is_array()) buffers = Json::array();
   // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes.
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
-      !has_no_bytes(document, buffers.size() - 1))
+      !is_placeholder(document, buffers.size() - 1))
     return buffers.size() - 1;
   buffers.push_back({{"byteLength", 0}});
   document.buffers.resize(buffers.size());
@@ -238,6 +242,11 @@ Document new_document() {
   return document;
 }
 
+bool is_placeholder(const Document& document, size_t buffer) {
+  const Json* object = top_level_object(document.json(), "buffers", static_cast<int64_t>(buffer));
+  return object != nullptr && (is_meshopt_fallback(*object) || has_no_bytes(document, buffer));
+}
+
 bool has_no_bytes(const Document& document, size_t buffer) {
   const Json* object = top_level_object(document.json(), "buffers", static_cast<int64_t>(buffer));
   return object != nullptr && document.buffers[buffer].empty() &&
@@ -252,7 +261,7 @@ Expected<Span<const uint8_t>> buffer_view_bytes(const Document& document, int64_
   if (offset <= bytes.size() && count <= bytes.size() - offset)
     return bytes.subspan(static_cast<size_t>(offset), static_cast<size_t>(count));
   // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
-  if (view.meshopt) return unsupported(name + " is compressed by a newer meshoptimizer");
+  if (view.meshopt) return unsupported(name + " " + why_meshopt_is_unreadable());
   if (bytes.empty()) return unsupported(name + " is in a buffer without a uri");
   return invalid_input(name + " reaches past its buffer");
 }

@@ -103,9 +103,9 @@ inline Place place_of(const Document& document, PrimitiveId id) {
 
 // Reads a .gltf or .glb, told apart by content, not by name; "-" is stdin. Loads every buffer: GLB chunk, data
 // URI, or a file in the asset's folder. URIs are percent-decoded; a URI that leaves the folder is an error.
-// Buffer views that meshoptimizer compressed are decoded. Images stay as they are. The structure is checked.
-// With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is mapped: an output that is written
-// by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
+// Buffer views that meshoptimizer compressed are decoded, and keep their compressed bytes. Images stay as they
+// are. The structure is checked. With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is
+// mapped: an output that is written by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
 inline constexpr uint64_t kMappedBytes = uint64_t{4} << 20;
 PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path,
                                                FileAccess access = FileAccess::kRead);
@@ -123,12 +123,20 @@ PSPLIT_EXPORT std::vector<PrimitiveId> all_primitives(const Document& document);
 // A new document with one mesh, one node and one scene.
 PSPLIT_EXPORT Document new_document();
 
+// Whether the file has no bytes for the buffer: it has none in memory either, or meshoptimizer's extension
+// supplies them, and what is in memory was decoded.
+bool is_placeholder(const Document& document, size_t buffer);
+
 // Whether the buffer has no bytes although its byteLength is not 0: an unknown extension would supply them.
 bool has_no_bytes(const Document& document, size_t buffer);
 
 // The bytes of a buffer view that exists. Errors: kUnsupported if the view was compressed by a newer
 // meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if it has too few.
 PSPLIT_EXPORT Expected<Span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
+
+// Removes meshoptimizer's extension from all views whose decoded bytes are in memory, with the compressed
+// bytes.
+PSPLIT_EXPORT void make_meshopt_views_plain(Document& document);
 
 // Appends a buffer and returns its index.
 size_t append_buffer(Document& document, Buffer bytes);

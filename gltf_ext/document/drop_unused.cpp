@@ -169,6 +169,12 @@ void collect_integers(const Json& tree, std::set<int64_t>& found) {
     for (const Json& member : tree) collect_integers(member, found);
 }
 
+std::set<int64_t> numbers_of_unknown_extensions(const Json& json) {
+  std::set<int64_t> found;
+  collect_suspects(json, found);
+  return found;
+}
+
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
   Json& json = document.json();
   IndexSet suspects;

@@ -1,6 +1,8 @@
 // The extension objects of buffers and buffer views that meshoptimizer compressed.
 #pragma once
 
+#include <string>
+
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -13,6 +15,13 @@ J* meshopt_extension(J& object) {
   for (const char* name : kMeshoptExtensions)
     if (J* found = extension_field(object, name)) return found;
   return nullptr;
+}
+
+// The name under which an object has the extension; empty if it has none.
+inline std::string name_of_meshopt(const Json& object) {
+  for (const char* name : kMeshoptExtensions)
+    if (extension_field(object, name) != nullptr) return name;
+  return "";
 }
 
 // Removes the extension from an object that has it.

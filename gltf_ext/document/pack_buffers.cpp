@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "gltf_ext/document/asset_records.h"
@@ -30,7 +31,7 @@ Counts fallback_uses(const Document& document) {
   return uses;
 }
 
-// The views that only a fallback reads.
+// The views that only a fallback reads: also the plain bytes that a file has of what meshoptimizer compressed.
 std::set<int64_t> fallback_views(const Document& document) {
   const AssetRecords& records = document.records();
   Counts accessor_uses, view_uses, uses_of_views;
@@ -45,6 +46,13 @@ std::set<int64_t> fallback_views(const Document& document) {
   for (const auto& [index, uses] : uses_of_views) {
     const ViewRecord& view = records.view(index);
     if (view_uses[index] == uses && !view.meshopt && view.range.bytes > 0) views.insert(index);
+  }
+  for (size_t i = 0; i < records.views.size(); ++i) {
+    const ViewRecord& view = records.views[i];
+    const auto index = static_cast<int64_t>(i);
+    if (view.meshopt && view.range.bytes > 0 && buffer_view_bytes(document, index) &&
+        !is_placeholder(document, static_cast<size_t>(view.range.buffer)))
+      views.insert(index);
   }
   return views;
 }
@@ -69,7 +77,10 @@ class Packer {
     Json* views = array_field(packed_.json, "bufferViews");
     for (size_t i = 0; views != nullptr && i < views->size(); ++i) {
       Json& view = (*views)[i];
-      if (!apart_.contains(static_cast<int64_t>(i))) move(view);
+      if (is_stranded(view))
+        move_to(view, 0, packed_.bytes.add(*buffer_view_bytes(document_, static_cast<int64_t>(i))));
+      else if (!apart_.contains(static_cast<int64_t>(i)))
+        move(view);
       if (Json* meshopt = meshopt_extension(view)) move(*meshopt);
     }
     return std::move(packed_);
@@ -77,11 +88,28 @@ class Packer {
 
  private:
   void add_fallback() {
+    std::set<std::string> names;  // of meshoptimizer's extension, or "" for a view without it
+    for (const int64_t index : apart_) {
+      const Json& view = document_.json()["bufferViews"][static_cast<size_t>(index)];
+      names.insert(name_of_meshopt(view));
+    }
+    if (names.size() == 1 && !names.begin()->empty())
+      packed_.second["extensions"][*names.begin()] = {{"fallback", true}};
     for (const int64_t index : apart_) {
       Json& view = packed_.json["bufferViews"][static_cast<size_t>(index)];
       const auto bytes = buffer_view_bytes(document_, index);
       if (bytes) move_to(view, fallback_buffer_, packed_.fallback.add(*bytes));
     }
+  }
+
+  // Whether a view has its bytes among those that meshoptimizer decoded, which no file has, but is not
+  // compressed itself.
+  bool is_stranded(const Json& view) const {
+    if (meshopt_extension(view) != nullptr) return false;
+    const std::optional<BufferRange> range = range_in_memory(document_, view);
+    if (!range) return false;
+    const auto buffer = static_cast<size_t>(range->buffer);
+    return is_placeholder(document_, buffer) && !document_.buffers[buffer].empty();
   }
 
   // The bytes of buffer `index` that go into the first buffer: all except those that only fallback views cover.
@@ -121,7 +149,7 @@ class Packer {
     const Json& buffer = document_.json()["buffers"][index];
     const std::span<const uint8_t> bytes(document_.buffers[index]);
     Placed placed{0, 0, ByteRuns(bytes.size())};
-    if (bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0) {
+    if (is_placeholder(document_, index) && integer_field(buffer, "byteLength").value_or(0) > 0) {
       placed.buffer = 1 + fallback_buffer_ + packed_.without_bytes.size();
       packed_.without_bytes.push_back(buffer);
       placed_.push_back(std::move(placed));
@@ -200,7 +228,10 @@ void list_buffers(PackedDocument& packed) {
   first["byteLength"] = packed.bytes.size();
   Json buffers = Json::array();
   buffers.push_back(std::move(first));
-  if (packed.fallback.size() > 0) buffers.push_back({{"byteLength", packed.fallback.size()}});
+  if (packed.fallback.size() > 0) {
+    packed.second["byteLength"] = packed.fallback.size();
+    buffers.push_back(std::move(packed.second));
+  }
   for (Json& buffer : packed.without_bytes) buffers.push_back(std::move(buffer));
   json["buffers"] = std::move(buffers);
 }

@@ -16,10 +16,11 @@ struct PackedDocument {
   PackedBuffer bytes;  // buffer 0
   // Buffer 1: data that a loader of compressed primitives never reads. Empty if it is not stored apart.
   PackedBuffer fallback;
-  // The JSON of buffer 0, and of the buffers without bytes, which come last: meshoptimizer's extension supplies
-  // their data.
+  // The JSON of buffer 0, and of the placeholders, which come last: meshoptimizer's extension supplies their
+  // data.
   Json first = Json::object(), without_bytes = Json::array();
   std::vector<std::string> warnings;
+  Json second = Json::object();  // the JSON of buffer 1
 };
 
 // The parts of the result's buffers point into `document`. If `fallback_apart` is true, the uncompressed data

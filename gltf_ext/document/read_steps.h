@@ -24,10 +24,11 @@ inline constexpr uint64_t kUnbackedBytesOfAByte = 64;
 // Errors: kInvalidInput, with the primitive that exceeds the limit.
 Status check_unbacked_bytes(const Document& document);
 
-// Decodes every compressed buffer view, filters included, into one new buffer. Removes the extensions from the
-// views, and drops the compressed bytes and the fallback buffers. Views whose bitstream is newer than the
-// linked meshoptimizer stay as they are. Its buffers must be loaded. Decoded data is at most 64 times as large
-// as compressed data, which is the most that the codec reaches. Errors: kInvalidInput.
+// Decodes every compressed buffer view, filters included. The views keep the extension and the compressed
+// bytes, and refer to the decoded ones. Those take the place of the buffers that the views named: a placeholder
+// remains one for writers (is_placeholder). Views whose bitstream is newer than the linked meshoptimizer stay
+// as they are. The buffers must be loaded. Decoded data is at most 64 times as large as compressed data, which
+// is the most that the codec reaches. Errors: kInvalidInput.
 Status decode_meshopt_views(Document& document);
 
 }  // namespace psplit

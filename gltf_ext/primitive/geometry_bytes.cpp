@@ -26,7 +26,7 @@ class ByteCounter {
     const PrimitiveRecord& primitive = records_.primitive(id);
     uint64_t bytes = 0;
     for_each_stream(primitive, [&](int64_t view) {
-      if (views_.insert(view).second) bytes += records_.view(view).range.bytes;
+      if (views_.insert(view).second) bytes += records_.view(view).file_bytes();
     });
     for (const AttributeRecord& attribute : primitive.attributes) bytes += accessor(attribute.accessor);
     return bytes + (primitive.indices < 0 ? 0 : accessor(primitive.indices));
@@ -34,7 +34,7 @@ class ByteCounter {
 
  private:
   uint64_t accessor(int64_t index) {
-    return accessors_.insert(index).second ? records_.accessor(index).stored_bytes() : 0;
+    return accessors_.insert(index).second ? records_.file_bytes(records_.accessor(index)) : 0;
   }
 
   const AssetRecords& records_;
@@ -131,10 +131,10 @@ uint64_t GeometryOwners::bytes_of(const Groups& groups) const {
     bool goes = true;
     for_each_view(*accessor,
                   [&](int64_t view) { goes = goes && is_owned(view_users_, view, view_uses[view]); });
-    if (goes) bytes += accessor->stored_bytes();
+    if (goes) bytes += records.file_bytes(*accessor);
   }
   for (const auto& [view, uses] : streams)
-    if (is_owned(view_users_, view, view_uses[view])) bytes += records.view(view).range.bytes;
+    if (is_owned(view_users_, view, view_uses[view])) bytes += records.view(view).file_bytes();
   return bytes;
 }
 

@@ -11,7 +11,8 @@
 namespace psplit {
 
 // For each mesh and primitive, the bytes that the document stores for its attributes and indices: the stream or
-// container of a compressed primitive, and the elements of accessors, without gaps between them. Morph targets
+// container of a compressed primitive, and the elements of accessors, without gaps between them. Of a view that
+// meshoptimizer compressed it is their share of its compressed bytes. Morph targets
 // do not count, because they are never compressed. Accessors that only describe the data of a stream do not
 // count either. Data that several primitives share count for the first of them.
 std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document);

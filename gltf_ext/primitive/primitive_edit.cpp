@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "gltf_ext/document/drop_unused.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 
@@ -151,6 +152,7 @@ int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std
 void PrimitiveEditor::fill(int64_t index, const ValuesView& data, int target, GeometryData how,
                            bool with_bounds, const Placed* placed, const Bounds* bounds) {
   const auto slot = static_cast<size_t>(index);
+  meshopt_.lose(document_, index);
   with_bounds = with_bounds || field(document_.json()["accessors"][slot], "min") != nullptr;
   Json& accessor = document_.json()["accessors"][slot];
   if (bounds != nullptr && with_bounds) {
@@ -245,8 +247,10 @@ void PrimitiveEditor::set_morphs(const PrimitiveGroup& group, const std::vector<
 }
 
 void PrimitiveEditor::finish() {
+  meshopt_.compress_again(document_, freed_);
   drop_unused(document_, freed_);
   for (const char* name : {kExtensionName, kStockExtensionName}) unlist_unused_extension(document_, name);
+  for (const char* name : kMeshoptExtensions) unlist_unused_extension(document_, name);
 }
 
 }  // namespace psplit

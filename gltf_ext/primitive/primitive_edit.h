@@ -9,6 +9,7 @@
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/mesh_view.h"
+#include "gltf_ext/primitive/meshopt_views.h"
 #include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
@@ -76,8 +77,9 @@ class PrimitiveEditor {
   // Marks an accessor whose user was removed: finish() drops it if nothing else uses it.
   void release(int64_t accessor) { freed_.push_back(accessor); }
 
-  // Drops the accessors and views that the edits left without users, and the Draco extensions from the lists of
-  // used extensions if no primitive has them any more.
+  // Compresses views of meshoptimizer again whose values moved. Drops the accessors and views that the edits
+  // left without users, and from the lists of used extensions those of Draco and meshoptimizer that nothing
+  // has.
   void finish();
 
  private:
@@ -100,6 +102,7 @@ class PrimitiveEditor {
   std::map<int64_t, size_t> users_;
   std::map<int64_t, std::string> taken_;  // the edited accessors, and the role of each
   std::vector<int64_t> freed_;
+  MeshoptViews meshopt_;
 };
 
 }  // namespace psplit

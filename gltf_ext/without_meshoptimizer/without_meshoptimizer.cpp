@@ -1,28 +1,24 @@
-// What stands for meshoptimizer in a build without it.
+// What stands for meshoptimizer in a build without it. What it compressed passes through.
 #include <string>
 
 #include "gltf_ext/convert/simplify.h"
-#include "gltf_ext/document/asset_records.h"
-#include "gltf_ext/document/read_steps.h"
+#include "gltf_ext/document/meshopt_codec.h"
 
 namespace psplit {
-namespace {
 
-const std::string kNoMeshoptimizer =
-    "this psplit was built without meshoptimizer (PSPLIT_WITH_MESHOPTIMIZER=OFF)";
-
-}  // namespace
-
-Status decode_meshopt_views(Document& document) {
-  const std::vector<ViewRecord> views = document.records().views;
-  for (size_t i = 0; i < views.size(); ++i)
-    if (views[i].meshopt)
-      return unsupported("buffer view " + std::to_string(i) + " is compressed by meshoptimizer, and " +
-                         kNoMeshoptimizer);
-  return {};
+const char* why_meshopt_is_unreadable() {
+  return "is compressed by meshoptimizer, and this psplit was built without it (PSPLIT_WITH_MESHOPTIMIZER=OFF)";
 }
 
+bool is_readable_meshopt(const MeshoptRecord&, std::span<const uint8_t>) { return false; }
+bool is_legal_meshopt(const MeshoptRecord&) { return true; }
+bool decode_meshopt_rows(const MeshoptRecord&, std::span<const uint8_t>, uint8_t*) { return false; }
+void undo_meshopt_filter(const MeshoptRecord&, uint8_t*) {}
+std::vector<uint8_t> encode_meshopt_rows(const MeshoptRecord&, std::span<const uint8_t>) { return {}; }
+
 // Not kUnsupported: the mesh is not what is refused, so it is not left as it is.
-Expected<std::vector<Faces>> simplify(std::span<const Mesh>, uint64_t) { return wrong_usage(kNoMeshoptimizer); }
+Expected<std::vector<Faces>> simplify(std::span<const Mesh>, uint64_t) {
+  return wrong_usage("this psplit was built without meshoptimizer (PSPLIT_WITH_MESHOPTIMIZER=OFF)");
+}
 
 }  // namespace psplit

@@ -11,19 +11,21 @@ extensions. Only these may differ:
                                        meshoptimizer are gone if nothing uses them any more
   buffers                              all buffers with bytes become the first one: it has no uri, another byteLength, no
                                        mark of a fallback, and only the name and extras of the first; buffers without
-                                       bytes follow
+                                       bytes follow, those of meshoptimizer with another byteLength
   bufferViews                          numbers, buffer and byteOffset. Unused views are gone, new ones are at the end.
-                                       Bytes are the same. Views compressed by meshoptimizer are plain, and as long as
-                                       they claimed to be (other tests check their bytes)
+                                       Bytes are the same, compressed ones too. A view that meshoptimizer compressed for
+                                       an encoded primitive, too, may be compressed again: with another byteLength, count,
+                                       mode and filter (other tests check what it decodes to)
   images                               in a GLB, image files are embedded: the file's bytes are in a buffer view, with a
                                        mimeType, and a name if there was none; the uri is gone
-  accessors                            numbers. Those of encoded primitives change as below, others do not
+  accessors                            numbers. Those of encoded primitives change as below, of others only the byteOffset
+                                       in a view that was compressed again
   an encoded primitive                 mode becomes 4 for strips and fans; indices may change; the extension, or stock
                                        Draco of other bytes, is last in its extensions; stock Draco of the input is gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
     accessor of its indices            the same, and componentType
-    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone. A sparse one stays sparse
-                                       if that is smaller
+    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone, except in views of
+                                       meshoptimizer. A sparse one stays sparse if that is smaller
   a mesh of encoded primitives         EXT_mesh_manifold, which refers to indices, is gone, and so are its accessors
 """
 import base64, json, pathlib, re, struct, sys, urllib.parse
@@ -218,9 +220,11 @@ class Comparison:
             self.say(path, "indices of another type")
         for i, target in enumerate(old.get("targets", [])):
             for semantic in target:
-                self.compare_accessor(target[semantic], new["targets"][i][semantic], f"{path}, target {i}, {semantic}",
-                                      (*shape, "bufferView", "sparse"), ("byteOffset",))
                 data = self.after.all("accessors")[new["targets"][i][semantic]]
+                offset = ("byteOffset",)
+                free, gone = (offset, ()) if self.is_compressed(self.after, data.get("bufferView")) else ((), offset)
+                self.compare_accessor(target[semantic], new["targets"][i][semantic], f"{path}, target {i}, {semantic}",
+                                      (*shape, "bufferView", "sparse", *free), gone)
                 if ("bufferView" in self.before.all("accessors")[target[semantic]] and "bufferView" not in data
                         and "sparse" not in data):
                     self.say(path, "a morph target without data")
@@ -245,7 +249,8 @@ class Comparison:
         if len(old) != len(new):
             return self.say("/accessors", f"{len(old)} that encoding does not touch have become {len(new)}")
         for one, other in zip(old, new):
-            self.compare_accessor(one, other, f"/accessors/{one}")
+            view, now = (asset.json["accessors"][i].get("bufferView") for asset, i in ((self.before, one), (self.after, other)))
+            self.compare_accessor(one, other, f"/accessors/{one}", ("byteOffset",) if self.is_again(view, now) else ())
         new_number = dict(zip(old, new))
         after = dict(accessor_names(self.after.json))
         for path, index in accessor_names(self.before.json):
@@ -257,11 +262,12 @@ class Comparison:
         path = f"/bufferViews/{old}"
         one, other = self.before.json["bufferViews"][old], self.after.json["bufferViews"][new]
         free = ("buffer", "byteOffset")
-        if self.is_decompressed(old):
-            one = self.without_meshopt(one)
-            self.compare_values(one, other, path, free)
-            if len(self.after.bytes_of(other)) != one["byteLength"]:
-                self.say(path, "leaves its buffer")
+        if self.is_again(old, new):
+            self.compare_values({k: v for k, v in one.items() if k != "extensions"},
+                                {k: v for k, v in other.items() if k != "extensions"}, path, (*free, "byteLength"))
+            for name in kMeshopt:
+                extension, now = (view["extensions"].get(name, {}) for view in (one, other))
+                self.compare_values(extension, now, f"{path}/extensions/{name}", (*free, "byteLength", "count", "mode", "filter"))
             return
         self.compare_values({k: v for k, v in one.items() if k != "extensions"},
                             {k: v for k, v in other.items() if k != "extensions"}, path, free)
@@ -276,17 +282,21 @@ class Comparison:
             if inner and self.before.bytes_of(extension) != self.after.bytes_of(now):
                 self.say(path, "other compressed bytes")
 
-    def is_decompressed(self, old):
-        def is_compressed(view):
-            return any(name in view.get("extensions", {}) for name in kMeshopt)
-        return (is_compressed(self.before.json["bufferViews"][old])
-                and not is_compressed(self.after.json["bufferViews"][self.views[old]]))
-
     @staticmethod
-    def without_meshopt(view):
-        extensions = {name: value for name, value in view["extensions"].items() if name not in kMeshopt}
-        rest = {key: value for key, value in view.items() if key != "extensions"}
-        return {**rest, **({"extensions": extensions} if extensions else {})}
+    def is_compressed(asset, view):
+        return view is not None and any(name in asset.json["bufferViews"][view].get("extensions", {}) for name in kMeshopt)
+
+    def is_again(self, old, new):
+        """Whether a view was compressed again, as those may be that encoded primitives have values in."""
+        if not (self.is_compressed(self.before, old) and self.is_compressed(self.after, new)):
+            return False
+        one, other = self.before.json["bufferViews"][old], self.after.json["bufferViews"][new]
+        def packed(asset, view):
+            return [asset.bytes_of(e) for name, e in view["extensions"].items() if name in kMeshopt]
+        accessors = self.before.all("accessors")
+        return packed(self.before, one) != packed(self.after, other) and any(
+            accessors[index].get("bufferView") == old for path, index in accessor_names(self.before.json)
+            if re.match(kPrimitive, path) and re.match(kPrimitive, path)[0] in self.encoded)
 
     def compare_buffers(self):
         def plain(buffer):
@@ -294,8 +304,7 @@ class Comparison:
             extensions = {k: v for k, v in buffer.get("extensions", {}).items() if k not in kMeshopt}
             return {**rest, **({"extensions": extensions} if extensions else {})}
         views = self.before.all("bufferViews")
-        plain_views = [old for old in self.views if not self.is_decompressed(old)]
-        held = [views[old] for old in plain_views] if self.encoded else views
+        held = [views[old] for old in self.views] if self.encoded else views
         held += [e for view in held for name, e in view.get("extensions", {}).items() if name in kMeshopt]
         kept = {holder["buffer"] for holder in held}
         full, empty = [], []
@@ -312,7 +321,11 @@ class Comparison:
             return
         if plain(now[0]) != (full or [{}])[0]:
             self.say("/buffers/0", f"should be {(full or [{}])[0]}, is {plain(now[0])}")
-        if now[1:] != [b for b in empty if b in now[1:]] or not named <= set(range(len(now))):
+        def placeholder(buffer):
+            is_fallback = any(name in buffer.get("extensions", {}) for name in kMeshopt)
+            return {key: value for key, value in buffer.items() if key != "byteLength" or not is_fallback}
+        rest, empty = [placeholder(b) for b in now[1:]], [placeholder(b) for b in empty]
+        if rest != [b for b in empty if b in rest] or not named <= set(range(len(now))):
             self.say("/buffers", "those without bytes are not as they were")
 
     def compare_lists(self):

@@ -1,9 +1,13 @@
-// Reading a document makes buffer views that meshoptimizer compressed plain.
+// Buffer views that meshoptimizer compressed are decoded on reading, and stay compressed in what is written.
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <functional>
+#include <map>
 
+#include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tests/gltf_ext/asset.h"
@@ -98,7 +102,7 @@ const Json kPositions = {{"componentType", 5126}, {"type", "VEC3"}, {"min", {0, 
 const Json kIndices32 = {{"componentType", 5125}, {"type", "SCALAR"}};
 const Json kIndices16 = {{"componentType", 5123}, {"type", "SCALAR"}};
 
-TEST(Meshopt, EveryModeIsDecodedAndNothingOfItIsLeft) {
+TEST(Meshopt, EveryModeIsDecodedAndNothingOfItIsLeftByEncode) {
   for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     const Mesh mesh = make_grid(20, 15);
     std::vector<uint32_t> indices;
@@ -111,12 +115,18 @@ TEST(Meshopt, EveryModeIsDecodedAndNothingOfItIsLeft) {
     asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1},
                                                             {"attributes":{"POSITION":0},"indices":2}]}])");
     Document document = must(asset.read());
-    EXPECT_EQ(count_in(document, "meshopt"), 0u);
-    EXPECT_FALSE(document.json().contains("extensionsUsed"));
-    EXPECT_EQ(document.buffers.size(), 1u);  // the compressed bytes and the fallback are gone
     for (const size_t primitive : {0u, 1u}) EXPECT_EQ(compare_meshes(mesh, *read(document, 0, primitive)), "");
     const auto reports = must(encode(document));
     EXPECT_EQ(reports[0].skipped, "");
+    EXPECT_EQ(count_in(document, "meshopt"), 0u);
+    EXPECT_EQ(document.buffers.size(), 1u);  // the compressed bytes and the fallback are gone
+    EXPECT_EQ(document.json()["extensionsUsed"], Json::array({kExtensionName}));
+    document = must(asset.read());
+    ASSERT_TRUE(decode(document).ok());
+    EXPECT_EQ(count_in(document, "meshopt"), 0u);
+    EXPECT_FALSE(document.json().contains("extensionsUsed"));
+    EXPECT_EQ(document.buffers.size(), 1u);
+    for (const size_t primitive : {0u, 1u}) EXPECT_EQ(compare_meshes(mesh, *read(document, 0, primitive)), "");
   }
 }
 
@@ -278,7 +288,187 @@ TEST(Meshopt, AFallbackThatWasNotShippedIsNotMissed) {
   ASSERT_TRUE(write_document(document, path).ok());
   const Document again = must(read_document(path));
   EXPECT_EQ(read_accessor(again, 0)->values, mesh.attributes[0].values);
-  EXPECT_EQ(count_in(again, "meshopt"), 0u);
+  EXPECT_EQ(count_in(again, "meshopt"), count_in(document, "meshopt"));
+}
+
+// The compressed bytes of a view.
+Bytes compressed_of(const Document& document, size_t view) {
+  const ViewRecord& record = document.records().views[view];
+  if (!record.meshopt) return {};
+  const auto& [buffer, offset, bytes] = record.meshopt->range;
+  const auto all = document.buffers[static_cast<size_t>(buffer)].bytes();
+  const auto found = all.subspan(static_cast<size_t>(offset), static_cast<size_t>(bytes));
+  return {found.begin(), found.end()};
+}
+
+Document written_and_read(const Document& document, const char* name, uint64_t* bytes = nullptr) {
+  const TestFolder folder;
+  EXPECT_TRUE(write_document(document, folder / name).ok());
+  if (bytes != nullptr)
+    for (const auto& file : std::filesystem::directory_iterator(folder / "")) *bytes += file.file_size();
+  return must(read_document(folder / name));
+}
+
+// A mesh with a morph target, whose views other meshes share: `count` points in all.
+class MorphedAsset : public CompressedAsset {
+ public:
+  // Moves of the points, as a filter makes them from `moves`.
+  MorphedAsset(const char* filter, size_t stride, const Bytes& rows, Json accessor, const char* extension)
+      : CompressedAsset(extension), mesh(make_grid(30, 20)) {
+    std::vector<uint32_t> indices;
+    for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
+    add(compress_attributes(bytes_of(values_of<float>(mesh.attributes[0])), 12), 12, mesh.point_count,
+        "ATTRIBUTES", nullptr, kPositions);
+    add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", nullptr, kIndices16);
+    add(compress_attributes(rows, stride), stride, rows.size() / stride, "ATTRIBUTES", filter, accessor);
+    // Accessor 2 is the target. 3 has as many values for points that stay plain, 4 is for another target.
+    Json& accessors = json()["accessors"];
+    accessors[2]["count"] = mesh.point_count;
+    for (const size_t i : {3u, 4u}) {
+      accessors.push_back(accessors[2]);
+      accessors[i]["byteOffset"] = (i - 2) * mesh.point_count * stride;
+    }
+    json()["meshes"] = Json::parse(
+        R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1,"targets":[{"NORMAL":2},{"NORMAL":4}]}]},
+            {"primitives":[{"attributes":{"_V":3},"mode":0}]}])");
+  }
+  Mesh mesh;
+};
+
+// Encodes the asset, and the same asset after it became plain: both must get the same values.
+void expect_same_as_plain(const CompressedAsset& asset, const char* name) {
+  Document compressed = must(asset.read()), plain = compressed;
+  make_meshopt_views_plain(plain);
+  EXPECT_EQ(count_in(plain, "meshopt"), 0u);
+  EXPECT_EQ(must(encode(compressed))[0].skipped, "");
+  must(encode(plain));
+  const Document again = written_and_read(compressed, name);
+  ASSERT_EQ(again.records().accessors.size(), plain.records().accessors.size());
+  for (size_t i = 0; i < again.records().accessors.size(); ++i) {
+    const auto index = static_cast<int64_t>(i);
+    if (!plain.records().accessor(index).has_view()) continue;
+    EXPECT_EQ(must(read_accessor(again, index)).values, must(read_accessor(plain, index)).values) << i;
+  }
+  EXPECT_EQ(again.json()["accessors"].size(), compressed.json()["accessors"].size());
+  EXPECT_EQ(compare_meshes(*read(plain), *read(again)), "");
+}
+
+// How many views each filter has.
+std::map<std::string, size_t> filters_of(const Document& document) {
+  std::map<std::string, size_t> filters;
+  for (const ViewRecord& view : document.records().views)
+    if (view.meshopt) ++filters[view.meshopt->filter + std::to_string(view.meshopt->count)];
+  return filters;
+}
+
+TEST(Meshopt, ViewsThatNothingChangesKeepTheirBytes) {
+  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+    for (const char* name : {"asset.glb", "asset.gltf"}) {
+      std::vector<float> values(300);
+      for (size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.01f * static_cast<float>(i));
+      std::vector<int8_t> octahedral(400);
+      for (size_t i = 0; i < 100; ++i) octahedral[4 * i] = static_cast<int8_t>(i), octahedral[4 * i + 2] = 127;
+      CompressedAsset asset(extension);
+      const Bytes packed[] = {compress_attributes(bytes_of(values), 12),
+                              compress_attributes(bytes_of(octahedral), 4)};
+      asset.add(packed[0], 12, 100, "ATTRIBUTES", nullptr, kPositions);
+      asset.add(packed[1], 4, 100, "ATTRIBUTES", "OCTAHEDRAL",
+                {{"componentType", 5120}, {"type", "VEC3"}, {"normalized", true}});
+      asset.json()["meshes"] =
+          Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"mode":0}]}])");
+      Document document = must(asset.read());
+      const Json before = document.json();
+      must(encode(document));
+      EXPECT_EQ(document.json(), before);
+      const Document again = written_and_read(document, name);
+      for (const size_t view : {0u, 1u}) {
+        const auto index = static_cast<int64_t>(view);
+        EXPECT_EQ(compressed_of(again, view), packed[view]);
+        EXPECT_TRUE(std::ranges::equal(*buffer_view_bytes(again, index), *buffer_view_bytes(document, index)));
+      }
+      EXPECT_EQ(again.records().views[1].meshopt->filter, "OCTAHEDRAL");
+      EXPECT_EQ(again.json()["extensionsRequired"], Json::array({extension}));
+    }
+}
+
+TEST(Meshopt, ValuesThatMoveAreCompressedAgain) {
+  const size_t points = make_grid(30, 20).point_count;
+  std::vector<float> floats(3 * 4 * points);
+  std::vector<int8_t> directions(3 * 4 * points);
+  for (size_t i = 0; i < floats.size(); ++i) {
+    floats[i] = std::sin(0.01f * static_cast<float>(i));
+    directions[i] = static_cast<int8_t>(i % 4 == 2 ? 127 : i % 4 == 3 ? 0 : i / 16 % 60);
+  }
+  std::vector<float> moves(3 * 3 * points);
+  for (size_t i = 0; i < moves.size(); ++i) moves[i] = floats[i];
+  std::vector<uint32_t> exponential(moves.size());
+  meshopt_encodeFilterExp(exponential.data(), 3 * points, 12, 15, moves.data());
+  const Json float_type = {{"componentType", 5126}, {"type", "VEC3"}};
+  const Json byte_type = {{"componentType", 5120}, {"type", "VEC3"}, {"normalized", true}};
+  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+    for (const char* name : {"asset.glb", "asset.gltf"}) {
+      const MorphedAsset plain(nullptr, 12, bytes_of(moves), float_type, extension),
+          filtered("EXPONENTIAL", 12, bytes_of(exponential), float_type, extension),
+          octahedral("OCTAHEDRAL", 4, bytes_of(directions), byte_type, extension);
+      for (const MorphedAsset* asset : {&plain, &filtered, &octahedral}) {
+        expect_same_as_plain(*asset, name);
+        Document document = must(asset->read());
+        const std::string filter = document.records().views[2].meshopt->filter;
+        must(encode(document));
+        // One view as before, with as many rows.
+        EXPECT_EQ(filters_of(written_and_read(document, name)),
+                  (std::map<std::string, size_t>{{filter + std::to_string(3 * points), 1}}));
+      }
+    }
+}
+
+// The second mesh alone needs a third of the view.
+TEST(Meshopt, WhatIsLeftOfAViewIsCompressedAgain) {
+  const size_t points = make_grid(30, 20).point_count;
+  std::vector<float> values(2 * 3 * points);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.37f * static_cast<float>(i * i % 1009));
+  CompressedAsset asset;
+  const Mesh mesh = make_grid(30, 20);
+  Bytes rows = bytes_of(values);
+  const Bytes positions = bytes_of(values_of<float>(mesh.attributes[0]));
+  std::copy(positions.begin(), positions.end(), rows.begin());
+  std::vector<uint32_t> indices;
+  for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
+  asset.add(compress_attributes(rows, 12), 12, 2 * points, "ATTRIBUTES", nullptr, kPositions);
+  asset.add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", nullptr, kIndices16);
+  Json& accessors = asset.json()["accessors"];
+  accessors[0]["count"] = points;
+  accessors.push_back(accessors[0]);
+  accessors[2]["byteOffset"] = 12 * points;
+  asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1}]},
+                                           {"primitives":[{"attributes":{"POSITION":2},"mode":0}]}])");
+  expect_same_as_plain(asset, "asset.glb");
+  Document document = must(asset.read());
+  must(encode(document));
+  EXPECT_EQ(filters_of(written_and_read(document, "asset.glb")),
+            (std::map<std::string, size_t>{{"NONE" + std::to_string(points), 1}}));
+}
+
+// Loaders without the extension read the plain bytes, which the file has as well.
+TEST(Meshopt, AFallbackThatWasShippedIsShipped) {
+  const TestFolder folder;
+  CompressedAsset asset;
+  const Bytes rows = bytes_of(std::vector<float>(300, 0.5f));
+  asset.add(compress_attributes(rows, 12), 12, 100, "ATTRIBUTES", nullptr, kPositions);
+  asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"mode":0}]}])");
+  asset.json().erase("extensionsRequired");
+  Document document = must(asset.read());
+  document.json()["buffers"][1].erase("extensions");  // its bytes are written
+  const Document shipped = written_and_read(document, "asset.gltf");
+  for (const char* name : {"asset.glb", "asset.gltf"}) {
+    const Document again = written_and_read(shipped, name);
+    EXPECT_EQ(compressed_of(again, 0), compressed_of(document, 0));
+    EXPECT_EQ(again.json()["extensionsUsed"], Json::array({"EXT_meshopt_compression"}));
+    EXPECT_FALSE(again.json().contains("extensionsRequired"));
+    EXPECT_FALSE(is_placeholder(again, static_cast<size_t>(again.records().views[0].range.buffer)));
+    EXPECT_EQ(must(read_accessor(again, 0)).values.size(), rows.size());
+    for (const auto& buffer : again.json()["buffers"]) EXPECT_FALSE(is_meshopt_fallback(buffer));
+  }
 }
 
 }  // namespace
