@@ -146,22 +146,29 @@ void double_list(Document& document, std::span<const PrimitiveId> ids) {
 
 // Removes the primitives that became too small from the first list of their mesh.
 void remove_empty(Document& document, const EqualMeshes& equal) {
-  for (const std::vector<PrimitiveId>& ids : equal.primitives)
-    for (size_t k = ids.size(); k-- > 0;)
-      if (equal.coarse[k].mesh.faces.empty())
-        document.json()["meshes"][ids[k].mesh]["primitives"].erase(ids[k].primitive);
+  for (const std::vector<PrimitiveId>& ids : equal.primitives) {
+    Json& primitives = document.json()["meshes"][ids.front().mesh]["primitives"];
+    Json kept = Json::array();
+    for (size_t p = 0, k = 0; p < primitives.size(); ++p) {
+      const bool is_coarse = k < ids.size() && ids[k].primitive == p;
+      if (is_coarse && equal.coarse[k++].mesh.faces.empty()) continue;
+      kept.push_back(std::move(primitives[p]));
+    }
+    primitives = std::move(kept);
+  }
 }
 
 // A loader that knows patches takes the fine primitives, and needs Draco for those of them that are stock
 // Draco.
 void require_extensions(Document& document) {
-  bool needs_patches = false, needs_draco = false;
+  std::vector<PrimitiveId> patched;
+  bool needs_draco = false;
   for (const PrimitiveId id : all_primitives(document)) {
     const PrimitiveRecord& primitive = document.records().primitive(id);
-    needs_patches |= primitive.patches && !has_fallback(document, id);
+    if (primitive.patches) patched.push_back(id);
     needs_draco |= primitive.stock && !document.records().has_plain_data(primitive);
   }
-  require_extension(document, kExtensionName, needs_patches);
+  require_extension(document, kExtensionName, !all_have_fallbacks(document, patched));
   require_extension(document, kStockExtensionName, needs_draco);
 }
 

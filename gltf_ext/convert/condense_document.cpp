@@ -9,6 +9,7 @@
 #include "encoder/verify.h"
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/primitive_edit.h"
@@ -38,6 +39,9 @@ class DataUsers {
   explicit DataUsers(const Document& document) : replaceable_(replaceable_views(document)) {
     for_each_accessor_reference(document.json(), [&](const Json& index) { add(index, accessors_); });
     for_each_buffer_view_reference(document.json(), [&](const Json& index) { add(index, views_); });
+    const UnknownReferences unknown = find_unknown_references(document.json());
+    for (const int64_t named : unknown.accessors) ++accessors_[named];
+    for (const int64_t named : unknown.views) ++views_[named];
   }
 
   bool are_all_of_accessor(size_t count, int64_t accessor) const { return has(accessors_, accessor, count); }

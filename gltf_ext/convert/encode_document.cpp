@@ -66,6 +66,7 @@ Status write_geometry(Document& document, std::vector<EncodeJob>& jobs, const En
   for (size_t i = 0; i < jobs.size(); ++i)
     if (Status status = store_job(document, jobs[i], repeated[i], options, limits, pool, editor); !status.ok())
       return status;
+  list_stored(document, jobs, repeated);
   drop_manifolds(document, jobs, editor, reports);
   for (const int64_t accessor : freed_accessors) editor.release(accessor);
   editor.finish();

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <utility>
 
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/condensed/expand_container.h"
 #include "src/cpu/cpu_backend.h"
@@ -68,6 +71,15 @@ bool stores_same(const DracoRecord& a, const DracoRecord& b) {
   return std::ranges::equal(a.requests, b.requests, is_same);
 }
 
+// The old bytes stay in their view.
+void move_to_own_view(Document& document, std::span<const PrimitiveId> ids, const Expanded& expanded) {
+  const int64_t view = append_buffer_view(document, expanded.bytes);
+  for (const PrimitiveId id : ids)
+    primitive_json(document,
+                   id)["extensions"][expanded.is_draco ? kStockExtensionName : kExtensionName]["bufferView"] =
+        view;
+}
+
 // By buffer view.
 std::map<int64_t, Users> users_of_views(const Document& document) {
   const AssetRecords& records = document.records();
@@ -114,14 +126,25 @@ Expected<ExpandReport> expand_document(Document& document, const ThreadPool& poo
     if (found->second.is_draco) become_draco.push_back(id);
   }
   rename_draco_extension(document, become_draco, kExtensionName, kStockExtensionName);
-  PrimitiveEditor editor(document);
+  // Groups are of the records before any edit.
+  std::vector<std::pair<const Mesh*, std::vector<PrimitiveGroup>>> edits;
   for (const auto& [view, expanded] : expanded_of)
     if (expanded.mesh.point_count > 0)
-      for (const PrimitiveGroup& group : group_equal_primitives(document, users_of.at(view).ids))
-        editor.set_geometry(group, expanded.mesh, {}, GeometryData::kStoredElsewhere);
+      edits.emplace_back(&expanded.mesh, group_equal_primitives(document, users_of.at(view).ids));
+  PrimitiveEditor editor(document);
+  for (const auto& [mesh, groups] : edits)
+    for (const PrimitiveGroup& group : groups)
+      editor.set_geometry(group, *mesh, {}, GeometryData::kStoredElsewhere);
+  // What unknown data may name keeps its bytes.
+  const std::set<int64_t> named = find_unknown_references(std::as_const(document).json()).views;
   StreamReplacements replacements;
-  for (const auto& [view, expanded] : expanded_of)
-    if (!expanded.bytes.empty()) replacements[view] = expanded.bytes;
+  for (const auto& [view, expanded] : expanded_of) {
+    if (expanded.bytes.empty()) continue;
+    if (named.contains(view))
+      move_to_own_view(document, users_of.at(view).ids, expanded);
+    else
+      replacements[view] = expanded.bytes;
+  }
   replace_streams(document, replacements);
   editor.finish();
   return report;

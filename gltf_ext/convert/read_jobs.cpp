@@ -14,6 +14,7 @@
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/view_in_place.h"
@@ -239,30 +240,45 @@ std::vector<PrimitiveGroup> take_large(const Document& document, std::vector<Pri
   return large;
 }
 
-// Parts are encoded before the other primitives are read.
-Status check_grid(std::span<const PrimitiveId> wanted, const PrimitiveGroup& group, QuantizationVolume volume) {
-  const auto shares = [&](PrimitiveId other) {
-    const auto is_in_its_mesh = [&](PrimitiveId id) { return id.mesh == other.mesh; };
-    const auto is_it = [&](PrimitiveId id) { return id.mesh == other.mesh && id.primitive == other.primitive; };
-    return std::ranges::none_of(group.ids, is_it) &&
-           (volume == QuantizationVolume::kScene || std::ranges::any_of(group.ids, is_in_its_mesh));
-  };
-  if (volume == QuantizationVolume::kPrimitive || std::ranges::none_of(wanted, shares)) return {};
-  return unsupported(
-      "a primitive that does not fit into --memory cannot share the grid of others: use "
-      "--quantization-volume primitive");
-}
+// What primitives have in common with others, of which none may be in parts: parts are encoded before the other
+// primitives are read.
+class SharedWithOthers {
+ public:
+  SharedWithOthers(const Document& document, std::span<const PrimitiveId> wanted,
+                   const EncodeDocumentOptions& options)
+      : document_(document), volume_(options.volume) {
+    for (const PrimitiveId id : wanted) ++users_of_grids_[grid_of(id)];
+    if (options.keep_unused)
+      for (const PrimitiveId id : all_primitives(document)) ++users_of_points_[points_of(id)];
+  }
 
-// Whether a primitive outside the group has the same points. The first of them keeps those that none of them
-// uses.
-bool shares_points(const Document& document, const PrimitiveGroup& group) {
-  const auto attributes = [&](PrimitiveId id) -> const AttributeRecords& {
-    return document.records().primitive(id).attributes;
-  };
-  const AttributeRecords own = attributes(group.ids.front());
-  const auto shares = [&](PrimitiveId id) { return attributes(id) == own; };
-  return std::ranges::count_if(all_primitives(document), shares) > std::ssize(group.ids);
-}
+  Status check(const PrimitiveGroup& group) const {
+    std::set<size_t> grids;
+    size_t users = 0;  // with those of the group
+    for (const PrimitiveId id : group.ids)
+      if (grids.insert(grid_of(id)).second) users += users_of_grids_.at(grid_of(id));
+    if (volume_ != QuantizationVolume::kPrimitive && users != group.ids.size())
+      return unsupported(
+          "a primitive that does not fit into --memory cannot share the grid of others: use "
+          "--quantization-volume primitive");
+    // The first of them keeps the points that none of them uses.
+    const auto found = users_of_points_.find(points_of(group.ids.front()));
+    if (found != users_of_points_.end() && found->second > group.ids.size())
+      return unsupported("--keep-unused: primitives that share their points do not fit into --memory");
+    return {};
+  }
+
+ private:
+  size_t grid_of(PrimitiveId id) const { return volume_ == QuantizationVolume::kScene ? 0 : id.mesh; }
+  const AttributeRecords& points_of(PrimitiveId id) const {
+    return document_.records().primitive(id).attributes;
+  }
+
+  const Document& document_;
+  const QuantizationVolume volume_;
+  std::map<size_t, size_t> users_of_grids_;             // wanted primitives
+  std::map<AttributeRecords, size_t> users_of_points_;  // all primitives; empty if no points are kept for them
+};
 
 uint64_t stated_faces(const Document& document, std::span<const PrimitiveGroup> groups) {
   uint64_t faces = 0;
@@ -290,8 +306,6 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
   if (!primitive.targets.empty()) return unsupported("morph targets do not fit into --memory");
   if (extension_field(document.json()["meshes"][id.mesh], "EXT_mesh_manifold") != nullptr)
     return unsupported("EXT_mesh_manifold does not fit into --memory");
-  if (options.keep_unused && shares_points(document, group))
-    return unsupported("--keep-unused: primitives that share their points do not fit into --memory");
   Status status = document.spooled ? check_space_of_parts(size, limits.temporary)
                                    : check_temporary_space(size, limits.temporary, limits.note);
   if (!status.ok()) return status;
@@ -312,8 +326,9 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
   return std::optional(std::move(*job));
 }
 
-// The reason why a primitive stays as it is; empty if it is encoded.
-Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
+// The reason why a primitive stays as it is; empty if it is encoded. `unknown_of_mesh`: an extension of its
+// mesh that is unknown and may name accessors, or null.
+Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id, const char* unknown_of_mesh,
                                      const EncodeDocumentOptions& options) {
   const PrimitiveRecord& primitive = document.records().primitive(id);
   if (!primitive.status.ok()) return primitive.status;
@@ -326,6 +341,11 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
   }
   if (const char* extension = order_dependent_extension(primitive_json(document, id)))
     return extension + std::string(" depends on the order of points or faces; --drop-extension ") + extension +
+           " removes it";
+  const char* unknown = unknown_extension_with_accessors(primitive_json(document, id));
+  if (unknown == nullptr) unknown = unknown_of_mesh;
+  if (unknown != nullptr)
+    return unknown + std::string(" is unknown and may name accessors; --drop-extension ") + unknown +
            " removes it";
   for (const auto& [semantic, accessor] : primitive.attributes)
     if (is_padded_pair_of_columns(document.records().accessor(accessor).layout))
@@ -369,8 +389,11 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
   const std::set<std::string> exact = metadata_attributes(document.json());
   SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
+  const char* unknown_of_mesh = nullptr;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<std::string> reason = reason_to_skip(document, id, options);
+    if (id.primitive == 0)
+      unknown_of_mesh = unknown_extension_with_accessors(document.json()["meshes"][id.mesh]);
+    const Expected<std::string> reason = reason_to_skip(document, id, unknown_of_mesh, options);
     if (!reason) return reason.status().at({.file = document.source.string()});
     if (reason->empty())
       wanted.push_back(id);
@@ -382,12 +405,13 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     for (const PrimitiveId id : group.ids) result.skipped[{id.mesh, id.primitive}] = reason;
   };
   const uint64_t all_faces = stated_faces(document, groups);
+  const SharedWithOthers shared(document, wanted, options);
   std::vector<EncodeJob> large;
   for (PrimitiveGroup& group : take_large(document, groups, limits)) {
     const PrimitiveId id = group.ids.front();
     const EncodeDocumentOptions own =
         with_share_of_patches(options, stated_size(document, id).faces, all_faces);
-    Status status = check_grid(wanted, group, options.volume);
+    Status status = shared.check(group);
     if (status.ok() && options.fallback == Fallback::kCoarse)
       status = unsupported("does not fit into memory: only a mesh in memory can be simplified");
     Expected<std::optional<EncodeJob>> encoded = std::optional<EncodeJob>();

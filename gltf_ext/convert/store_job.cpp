@@ -15,6 +15,10 @@
 namespace psplit {
 namespace {
 
+const char* extension_of(const EncodeJob& job) {
+  return job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
+}
+
 // The bytes of a container as a buffer of their own. Returns the buffer view.
 Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const std::filesystem::path& folder) {
   Expected<AppendFile> file = AppendFile::create(folder);
@@ -118,19 +122,21 @@ Status store_parts(Document& document, EncodeJob& job, std::span<const Primitive
 Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGroup> groups,
                  const EncodeDocumentOptions& options, const OutOfCoreOptions& limits, const ThreadPool& pool,
                  PrimitiveEditor& editor) {
-  const char* const extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
+  const char* const extension = extension_of(job);
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
-  Status status;
-  if (job.parts)
-    status = store_parts(document, job, groups, extension, with_fallback, limits, pool, editor);
-  else
-    store_in_memory(document, job, groups, extension,
-                    with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere, editor);
-  const bool is_required = std::ranges::any_of(groups, [&](const PrimitiveGroup& group) {
-    return std::ranges::any_of(group.ids, [&](PrimitiveId id) { return !has_fallback(document, id); });
-  });
-  if (status.ok()) list_extension(document, extension, is_required);
-  return status;
+  if (job.parts) return store_parts(document, job, groups, extension, with_fallback, limits, pool, editor);
+  store_in_memory(document, job, groups, extension,
+                  with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere, editor);
+  return {};
+}
+
+void list_stored(Document& document, std::span<const EncodeJob> jobs,
+                 std::span<const std::vector<PrimitiveGroup>> groups) {
+  std::vector<bool> is_required;
+  for (const std::vector<PrimitiveGroup>& of_job : groups)
+    is_required.push_back(std::ranges::any_of(
+        of_job, [&](const PrimitiveGroup& group) { return !all_have_fallbacks(document, group.ids); }));
+  for (size_t i = 0; i < jobs.size(); ++i) list_extension(document, extension_of(jobs[i]), is_required[i]);
 }
 
 }  // namespace psplit

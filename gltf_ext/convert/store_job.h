@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "gltf_ext/convert/encode_job.h"
 
@@ -12,5 +13,10 @@ namespace psplit {
 Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGroup> groups,
                  const EncodeDocumentOptions& options, const OutOfCoreOptions& limits, const ThreadPool& pool,
                  PrimitiveEditor& editor);
+
+// Lists the extensions of jobs that were stored: groups[i] are those of jobs[i]. Call once, because it reads
+// the whole JSON: the extension is required if a primitive has no fallback.
+void list_stored(Document& document, std::span<const EncodeJob> jobs,
+                 std::span<const std::vector<PrimitiveGroup>> groups);
 
 }  // namespace psplit

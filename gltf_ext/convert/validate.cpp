@@ -49,18 +49,16 @@ void check_lists(const Document& document, std::vector<Finding>& findings) {
   const auto report = [&](const char* rule, const char* message, bool error = true) {
     findings.push_back({rule, message, {.file = document.source.string()}, error});
   };
-  bool any = false, any_without_fallback = false;
+  bool any = false;
   for (size_t i = 0; i < array_size(document.json(), "meshes"); ++i)
     any |= other_primitives(document.json()["meshes"][i]) != nullptr;
-  for (const PrimitiveId id : all_primitives(document)) {
-    if (!has_patches(document, id)) continue;
-    any = true;
-    any_without_fallback |= !has_fallback(document, id);
-  }
+  std::vector<PrimitiveId> patched = all_primitives(document);
+  std::erase_if(patched, [&](PrimitiveId id) { return !has_patches(document, id); });
+  any |= !patched.empty();
   const bool used = lists(document.json(), "extensionsUsed", kExtensionName);
   const bool required = lists(document.json(), "extensionsRequired", kExtensionName);
   if (any && !used) report("extension-used", "extensionsUsed does not list the extension");
-  if (any_without_fallback && !required)
+  if (!required && !all_have_fallbacks(document, patched))
     report("extension-required",
            "a primitive has no fallback, but extensionsRequired does not list the extension");
   if (!any && (used || required))

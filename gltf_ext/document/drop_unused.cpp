@@ -9,76 +9,12 @@
 #include "gltf_ext/document/byte_runs.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 
 namespace psplit {
 namespace {
 
-using IndexSet = std::set<int64_t>;
 using Flags = std::vector<bool>;
-
-// Whether all references of an extension to accessors and buffer views are known here. Most have none.
-bool is_understood(std::string_view name) {
-  constexpr std::string_view kKnown[] = {"KHR_materials_*",
-                                         "KHR_texture_*",
-                                         "EXT_texture_*",
-                                         "MSFT_texture_*",
-                                         "MSFT_packing_*",
-                                         "MSFT_lod",
-                                         "EXT_materials_*",
-                                         "ADOBE_materials_*",
-                                         "KHR_lights_*",
-                                         "EXT_lights_*",
-                                         "KHR_mesh_quantization",
-                                         "KHR_xmp*",
-                                         "KHR_animation_pointer",
-                                         "KHR_node_*",
-                                         "KHR_techniques_webgl",
-                                         "KHR_meshopt_compression",
-                                         "EXT_meshopt_compression",
-                                         "KHR_draco_mesh_compression",
-                                         "PSPLIT_mesh_draco_patches",
-                                         "EXT_mesh_gpu_instancing",
-                                         "EXT_structural_metadata",
-                                         "EXT_mesh_features",
-                                         "EXT_instance_features",
-                                         "CESIUM_RTC",
-                                         "CESIUM_primitive_outline",
-                                         "AGI_articulations",
-                                         "AGI_stk_metadata",
-                                         "FB_ngon_encoding",
-                                         "VRM",
-                                         "VRMC_*",
-                                         "GODOT_single_root"};
-  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](std::string_view known) {
-    if (!known.ends_with('*')) return name == known;
-    known.remove_suffix(1);
-    return name.starts_with(known);
-  });
-}
-
-// Collects every integer of extensions that are not understood: it may be an index. Returns whether there is
-// such an extension.
-bool collect_suspects(const Json& tree, IndexSet& found) {
-  if (!tree.is_structured()) return false;
-  bool any = false;
-  const bool is_object = tree.is_object();
-  for (auto member = tree.begin(); member != tree.end(); ++member) {
-    if (is_object && member.key() == "extras") continue;
-    if (is_object && member.key() == "extensions" && member->is_object()) {
-      for (auto extension = member->begin(); extension != member->end(); ++extension) {
-        if (is_understood(extension.key())) {
-          any |= collect_suspects(*extension, found);
-        } else {
-          any = true;
-          collect_integers(*extension, found);
-        }
-      }
-    } else {
-      any |= collect_suspects(*member, found);
-    }
-  }
-  return any;
-}
 
 void mark(Flags& flags, int64_t index) {
   if (index >= 0 && static_cast<uint64_t>(index) < flags.size()) flags[static_cast<size_t>(index)] = true;
@@ -130,26 +66,33 @@ void keep_runs(Buffer& buffer, const ByteRuns& covered) {
   buffer.own().shrink_to_fit();
 }
 
+// A range of a buffer, and where the JSON has it.
+struct RangeInMemory {
+  Json* json;
+  BufferRange range;
+};
+
+// The ranges of each buffer.
+std::vector<std::vector<RangeInMemory>> ranges_of_buffers(Document& document) {
+  std::vector<std::vector<RangeInMemory>> ranges(document.buffers.size());
+  for_each_range(document.json(), [&](Json& json) {
+    if (const std::optional<BufferRange> range = range_in_memory(document, json))
+      ranges[static_cast<size_t>(range->buffer)].push_back({&json, *range});
+  });
+  return ranges;
+}
+
 // Closes the gaps that no view covers, and shortens the buffer.
-void pack_buffer(Document& document, size_t buffer) {
+void pack_buffer(Document& document, size_t buffer, std::span<const RangeInMemory> ranges) {
   Buffer& packed = document.buffers[buffer];
   const std::span<const uint8_t> bytes = packed;
   if (bytes.empty()) return;
-  const auto range_of = [&](const Json& view) {
-    std::optional<BufferRange> range = range_in_memory(document, view);
-    if (range && range->buffer != static_cast<int64_t>(buffer)) range.reset();
-    return range;
-  };
   ByteRuns covered(bytes.size());
-  for_each_range(document.json(), [&](Json& range) {
-    if (const auto found = range_of(range)) covered.keep(found->offset, found->offset + found->bytes);
-  });
+  for (const auto& [json, range] : ranges) covered.keep(range.offset, range.offset + range.bytes);
   covered.close();
-  for_each_range(document.json(), [&](Json& range) {
-    const auto found = range_of(range);
-    if (!found || field(range, "byteOffset") == nullptr) return;
-    range["byteOffset"] = found->bytes == 0 ? 0 : covered.packed(found->offset);
-  });
+  for (const auto& [json, range] : ranges)
+    if (field(*json, "byteOffset") != nullptr)
+      (*json)["byteOffset"] = range.bytes == 0 ? 0 : covered.packed(range.offset);
   if (covered.packed_bytes() != bytes.size()) keep_runs(packed, covered);
   document.json()["buffers"][buffer]["byteLength"] = packed.size();
 }
@@ -169,47 +112,52 @@ void collect_integers(const Json& tree, std::set<int64_t>& found) {
     for (const Json& member : tree) collect_integers(member, found);
 }
 
-std::set<int64_t> numbers_of_unknown_extensions(const Json& json) {
-  std::set<int64_t> found;
-  collect_suspects(json, found);
-  return found;
-}
-
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
   Json& json = document.json();
-  IndexSet suspects;
-  const bool fixed_numbers = collect_suspects(json, suspects);
+  const UnknownReferences unknown = find_unknown_references(json);
+  const bool fixed_numbers = unknown.has_unknown_extensions;
+  // Elements before the end of those that may be named keep their numbers.
+  const auto fixed_count = [&](const char* name, const std::set<int64_t>& named) -> size_t {
+    const size_t size = array_size(json, name);
+    if (fixed_numbers || named.empty()) return fixed_numbers ? size : 0;
+    const auto last = static_cast<uint64_t>(*named.rbegin());
+    return last < size ? static_cast<size_t>(last) + 1 : size;
+  };
 
   Flags keep_accessor(array_size(json, "accessors"), true);
   for (const int64_t freed : freed_accessors)
     if (freed >= 0 && static_cast<uint64_t>(freed) < keep_accessor.size())
-      keep_accessor[static_cast<size_t>(freed)] = suspects.contains(freed);
+      keep_accessor[static_cast<size_t>(freed)] = unknown.accessors.contains(freed);
   for_each_accessor_reference(json, [&](const Json& index) { mark(keep_accessor, index); });
   // An accessor that must keep its index but not its data becomes a single zero.
-  for (size_t i = 0; i < keep_accessor.size(); ++i)
-    if (!keep_accessor[i] && fixed_numbers)
-      json["accessors"][i] = {{"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};
+  for (size_t i = 0; i < fixed_count("accessors", unknown.accessors); ++i) {
+    if (keep_accessor[i]) continue;
+    json["accessors"][i] = {{"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};
+    keep_accessor[i] = true;
+  }
   if (!fixed_numbers) {
     const auto new_index = compact(json, "accessors", keep_accessor);
     for_each_accessor_reference(json, [&](Json& index) { renumber(index, new_index); });
   }
 
   Flags keep_view(array_size(json, "bufferViews"), false);
-  for (const int64_t suspect : suspects) mark(keep_view, suspect);
+  for (const int64_t named : unknown.views) mark(keep_view, named);
   for_each_buffer_view_reference(json, [&](const Json& index) { mark(keep_view, index); });
-  for (size_t i = 0; i < keep_view.size(); ++i) {
-    if (keep_view[i] || !fixed_numbers) continue;
+  for (size_t i = 0; i < fixed_count("bufferViews", unknown.views); ++i) {
+    if (keep_view[i]) continue;
     const auto buffer = integer_field(json["bufferViews"][i], "buffer").value_or(0);
     const auto length = integer_field(json["bufferViews"][i], "byteLength").value_or(0);
     json["bufferViews"][i] = {
         {"buffer", buffer}, {"byteOffset", 0}, {"byteLength", std::min<int64_t>(length, 1)}};
+    keep_view[i] = true;
   }
   if (!fixed_numbers) {
     const auto new_index = compact(json, "bufferViews", keep_view);
     for_each_buffer_view_reference(json, [&](Json& index) { renumber(index, new_index); });
   }
 
-  Flags keep_buffer(array_size(json, "buffers"), fixed_numbers);
+  Flags keep_buffer(array_size(json, "buffers"), false);
+  for (size_t i = 0; i < fixed_count("buffers", unknown.buffers); ++i) keep_buffer[i] = true;
   keep_buffer.resize(document.buffers.size(), fixed_numbers);
   for_each_range(json, [&](Json& range) { mark(keep_buffer, integer_field(range, "buffer").value_or(-1)); });
   const auto new_index = compact(json, "buffers", keep_buffer);
@@ -221,8 +169,9 @@ void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors
     if (Json* buffer = field(range, "buffer")) renumber(*buffer, new_index);
   });
   spell_out_offsets(json);
+  const std::vector<std::vector<RangeInMemory>> ranges = ranges_of_buffers(document);
   for (size_t i = 0; i < document.buffers.size(); ++i)
-    if (!fixed_numbers || !suspects.contains(static_cast<int64_t>(i))) pack_buffer(document, i);
+    if (!unknown.buffers.contains(static_cast<int64_t>(i))) pack_buffer(document, i, ranges[i]);
 }
 
 }  // namespace psplit

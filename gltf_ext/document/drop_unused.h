@@ -11,9 +11,6 @@ namespace psplit {
 // Adds every integer of the tree: each may be the index of an accessor or of a buffer view.
 void collect_integers(const Json& tree, std::set<int64_t>& found);
 
-// The numbers that unknown extensions have: each may be the index of an accessor or of a view.
-std::set<int64_t> numbers_of_unknown_extensions(const Json& json);
-
 // Drops the accessors `freed_accessors` that nothing refers to, and all buffer views that nothing refers to,
 // with their bytes. Renumbers the references to the rest, including those of known extensions. If an unknown
 // extension might refer to an accessor or a view, it is kept.

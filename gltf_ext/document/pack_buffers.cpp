@@ -9,6 +9,7 @@
 #include "gltf_ext/document/byte_runs.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 
 namespace psplit {
 namespace {
@@ -39,6 +40,9 @@ std::set<int64_t> fallback_views(const Document& document) {
                               [&](const Json& index) { ++accessor_uses[integer_value(index).value_or(-1)]; });
   for_each_buffer_view_reference(document.json(),
                                  [&](const Json& index) { ++view_uses[integer_value(index).value_or(-1)]; });
+  const UnknownReferences unknown = find_unknown_references(document.json());
+  for (const int64_t named : unknown.accessors) ++accessor_uses[named];
+  for (const int64_t named : unknown.views) ++view_uses[named];
   for (const auto& [index, uses] : fallback_uses(document))
     if (records.accessor(index).has_view() && accessor_uses[index] == uses)
       ++uses_of_views[records.accessor(index).elements.view];
@@ -69,6 +73,14 @@ class Packer {
     static_cast<void>(exchange_primitives(packed_.json));  // records were read, so both lists are there
     if (fallback_apart) apart_ = fallback_views(document);
     fallback_buffer_ = apart_.empty() ? 0 : 1;
+    views_of_.resize(document.buffers.size());
+    const std::vector<ViewRecord>& views = document.records().views;
+    for (size_t i = 0; i < views.size(); ++i) {
+      const auto& [range, stride, meshopt] = views[i];
+      views_of_[static_cast<size_t>(range.buffer)].push_back(i);
+      if (meshopt && meshopt->range.buffer != range.buffer)
+        views_of_[static_cast<size_t>(meshopt->range.buffer)].push_back(i);
+    }
   }
 
   PackedDocument run() {
@@ -120,7 +132,7 @@ class Packer {
     const auto has_range = [&](const BufferRange& range) {
       return range.buffer == static_cast<int64_t>(index) && range.offset + range.bytes <= size;
     };
-    for (size_t i = 0; i < views.size(); ++i) {
+    for (const size_t i : views_of_[index]) {
       const auto& [range, stride, meshopt] = views[i];
       if (meshopt && has_range(meshopt->range))
         stays.keep(meshopt->range.offset, meshopt->range.offset + meshopt->range.bytes);
@@ -198,8 +210,9 @@ class Packer {
   const Document& document_;
   PackedDocument packed_;
   std::set<int64_t> apart_;
-  uint64_t fallback_buffer_ = 0;  // its index, if it exists
-  std::vector<Placed> placed_;    // the new place of each buffer of the document
+  std::vector<std::vector<size_t>> views_of_;  // of each buffer: views with data or compressed bytes in it
+  uint64_t fallback_buffer_ = 0;               // its index, if it exists
+  std::vector<Placed> placed_;                 // the new place of each buffer of the document
   bool any_ = false;
 };
 

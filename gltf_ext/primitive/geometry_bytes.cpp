@@ -5,6 +5,7 @@
 #include <set>
 
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -80,6 +81,9 @@ GeometryOwners::GeometryOwners(const Document& document) : document_(document) {
                               [&](const Json& index) { ++accessor_users_[integer_value(index).value_or(-1)]; });
   for_each_buffer_view_reference(document.json(),
                                  [&](const Json& index) { ++view_users_[integer_value(index).value_or(-1)]; });
+  const UnknownReferences unknown = find_unknown_references(document.json());
+  for (const int64_t named : unknown.accessors) ++accessor_users_[named];
+  for (const int64_t named : unknown.views) ++view_users_[named];
 }
 
 std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& groups) const {

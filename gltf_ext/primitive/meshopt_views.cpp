@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "gltf_ext/document/asset_records.h"
-#include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -276,10 +276,10 @@ class MeshoptViews::Rebuilt {
 void MeshoptViews::compress_again(Document& document, const std::vector<int64_t>& freed) {
   if (touched_.empty() && freed.empty()) return;
   const Json& json = std::as_const(document).json();
-  const std::set<int64_t> unknown = numbers_of_unknown_extensions(json);
+  const UnknownReferences unknown = find_unknown_references(json);
   std::set<int64_t> gone(freed.begin(), freed.end());
   for_each_accessor_reference(json, [&](const Json& index) { gone.erase(integer_value(index).value_or(-1)); });
-  for (const int64_t number : unknown) gone.erase(number);
+  for (const int64_t named : unknown.accessors) gone.erase(named);
   std::map<int64_t, size_t> uses;
   for_each_buffer_view_reference(json, [&](const Json& index) { ++uses[integer_value(index).value_or(-1)]; });
   const AssetRecords& records = document.records();
@@ -295,7 +295,7 @@ void MeshoptViews::compress_again(Document& document, const std::vector<int64_t>
   for (auto& [view, of_view] : slots(document, gone)) {
     const auto old_slots =
         static_cast<size_t>(std::ranges::count_if(of_view, [](const Slot& slot) { return !slot.is_new; }));
-    const bool is_shared = unknown.contains(view) || uses[view] != old_slots;
+    const bool is_shared = unknown.views.contains(view) || uses[view] != old_slots;
     Rebuilt(document, views, view).run(std::move(of_view), is_shared);
   }
 }

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -50,13 +52,22 @@ const Json& primitive_json(const Document& document, PrimitiveId id) {
   return document.json()["meshes"][id.mesh]["primitives"][id.primitive];
 }
 
-bool has_fallback(const Document& document, PrimitiveId id) {
-  if (document.records().has_plain_data(document.records().primitive(id))) return true;
-  const Json* coarse = other_primitives(document.json()["meshes"][id.mesh]);
-  return coarse != nullptr && std::none_of(coarse->begin(), coarse->end(), [](const Json& primitive) {
-           return extension_field(primitive, kExtensionName) != nullptr ||
-                  extension_field(primitive, kStockExtensionName) != nullptr;
-         });
+bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> ids) {
+  std::map<size_t, bool> known;  // of the meshes
+  const auto has_coarse = [&](size_t mesh) {
+    const auto [found, is_new] = known.try_emplace(mesh, false);
+    if (!is_new) return found->second;
+    const Json* coarse = other_primitives(document.json()["meshes"][mesh]);
+    return found->second =
+               coarse != nullptr && std::none_of(coarse->begin(), coarse->end(), [](const Json& primitive) {
+                 return extension_field(primitive, kExtensionName) != nullptr ||
+                        extension_field(primitive, kStockExtensionName) != nullptr;
+               });
+  };
+  const AssetRecords& records = document.records();
+  return std::ranges::all_of(ids, [&](PrimitiveId id) {
+    return records.has_plain_data(records.primitive(id)) || has_coarse(id.mesh);
+  });
 }
 
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
@@ -75,8 +86,7 @@ void set_draco_extension(Document& document, const PrimitiveGroup& group, const 
 void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids, const char* from,
                             const char* to) {
   if (ids.empty()) return;
-  const bool all_have_fallbacks =
-      std::ranges::all_of(ids, [&](PrimitiveId id) { return has_fallback(document, id); });
+  const bool is_required = !all_have_fallbacks(document, ids);
   for (const PrimitiveId id : ids) {
     Json& extensions = primitive_json(document, id)["extensions"];
     Json renamed = Json::object();  // in the same order
@@ -84,7 +94,7 @@ void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids
       if (name != to) renamed[name == from ? to : name] = std::move(extension);
     extensions = std::move(renamed);
   }
-  list_extension(document, to, !all_have_fallbacks);
+  list_extension(document, to, is_required);
 }
 
 std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
@@ -121,6 +131,11 @@ PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
   for_each_accessor_reference(document.json(), [&](const Json& index) {
     if (const auto number = integer_value(index)) ++users_[*number];
   });
+  // An accessor without data of its own describes what the primitive stores: that goes on.
+  for (const int64_t named : find_unknown_references(std::as_const(document).json()).accessors)
+    if (const Json* accessor = top_level_object(document.json(), "accessors", named);
+        accessor != nullptr && (accessor->contains("bufferView") || accessor->contains("sparse")))
+      ++users_[named];
 }
 
 // The accessor that may hold the group's data for a role. Each primitive names it `uses` times. Returns the

@@ -24,9 +24,9 @@ std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
 Json& primitive_json(Document& document, PrimitiveId id);
 const Json& primitive_json(const Document& document, PrimitiveId id);
 
-// Whether a loader without the Draco extensions of a primitive finds something else: its data in buffer views,
-// or coarse primitives of the mesh.
-bool has_fallback(const Document& document, PrimitiveId id);
+// Whether a loader without the Draco extensions of each of the primitives finds something else: its data in
+// buffer views, or coarse primitives of the mesh.
+bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> ids);
 
 // Makes the container or stream in a buffer view the extension `name` of the group's primitives. Replaces any
 // Draco extension that they had.

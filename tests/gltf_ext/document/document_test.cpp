@@ -425,9 +425,21 @@ TEST(DropUnused, UnknownExtensionsFixNumbersAndKeepWhatTheyMayMean) {
   EXPECT_EQ((*buffer_view_bytes(document, 2))[2], 3);
 
   Document suspicious = three_views();
-  suspicious.json()["extensions"]["NEVER_heard_of"]["thing"] = 0;
+  suspicious.json()["extensions"]["NEVER_heard_of"]["accessor"] = 0;
   drop_unused(suspicious, {0});
   EXPECT_EQ(read_accessor(suspicious, 0)->values, Array<std::byte>(8, std::byte{7}));
+}
+
+TEST(DropUnused, ExtrasFixTheNumbersUpToThoseThatTheyMayName) {
+  Document document = three_views();
+  document.json()["nodes"][0]["extras"] = {{"data", {{"bufferView", 1}}}, {"id", 0}};
+  document.json()["meshes"][0]["primitives"][0]["attributes"].erase("_A");
+  document.json()["images"][0]["bufferView"] = 2;
+  drop_unused(document, {0, 1});
+  EXPECT_FALSE(document.json().contains("accessors"));
+  ASSERT_EQ(document.json()["bufferViews"].size(), 3u);
+  EXPECT_EQ((*buffer_view_bytes(document, 1))[0], 9);
+  EXPECT_EQ((*buffer_view_bytes(document, 2))[2], 3);
 }
 
 TEST(DropUnused, EmptyArraysDisappear) {
