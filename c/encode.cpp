@@ -153,6 +153,7 @@ Expected<Source> read_source(const psplit_encode_source* from, const psplit_enco
     if (own != 0)
       coding.position_bits = coding.normal_bits = coding.texcoord_bits = coding.color_bits =
           coding.generic_bits = bits_of(own);
+    coding.give_changed_bits();
     read.codings.push_back(choose_coding(read.mesh.attributes[i], coding));
   }
   const std::vector<AttributeCoding> chosen = read.codings;

@@ -411,8 +411,10 @@ typedef struct psplit_encode_options {
   uint32_t patch_count;     // 0: by patch_faces
   uint32_t patch_faces;     // about as many faces in each patch; default 30,000
   // Of components of PSPLIT_FLOAT32, 1 to 30; -1: exactly. Normals take 2 bits or more. Feature ids
-  // (_FEATURE_ID_n, _BATCHID), and values that no grid can hold, are kept exactly. The default bits grow, or
-  // values are kept exactly, where a grid would make equal what the mesh tells apart; other bits are kept to.
+  // (_FEATURE_ID_n, _BATCHID), and values that no grid can hold, are kept exactly. So are whole numbers in
+  // attributes to which glTF gives no meaning, unless generic_bits are not the default. The default bits grow,
+  // or values are kept exactly, where a grid would make equal what the mesh tells apart; other bits are kept
+  // to.
   int32_t position_bits, normal_bits, texcoord_bits, color_bits, generic_bits;  // default 14, 10, 12, 8, 12
   uint32_t flags;
   psplit_progress progress;  // in faces that are encoded; may be NULL. Not with PSPLIT_KIND_DRACO

@@ -26,9 +26,8 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
       if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
     const std::vector<uint8_t> stored = meshes[k].stored_points();
     for (const Attribute& attribute : mesh.attributes) {
-      const int bits = wanted_bits(attribute, options, exact);
-      bounds[k].push_back(bits == 0 ? CodingBounds() : bounds_of(attribute, bits, stored));
-      codings[k].push_back(choose_coding(attribute, bounds[k].back(), bits));
+      bounds[k].push_back(wanted_bounds(attribute, options, exact, stored));
+      codings[k].push_back(choose_coding(attribute, bounds[k].back(), options, exact));
     }
   });
   std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
@@ -37,14 +36,15 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
       for (size_t i = 0; i < codings[k].size(); ++i) {
         const Attribute& attribute = meshes[k].mesh->attributes[i];
         AttributeCoding& coding = codings[k][i];
-        if (coding.bits > 0 && !coding.octahedral && is_shared(attribute.semantic))
+        // Values that come back as they are fit to all others.
+        if (coding.bits > 0 && !coding.octahedral && !coding.exact && is_shared(attribute.semantic))
           act(joined[{meshes[k].group, attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
               coding);
       }
   };
   visit([](CodingBounds& all, const CodingBounds& own, const auto&...) { all.add(own); });
   visit([&](const CodingBounds& all, const CodingBounds&, const Attribute& attribute, AttributeCoding& coding) {
-    AttributeCoding shared = choose_coding(attribute, all, wanted_bits(attribute, options, exact));
+    AttributeCoding shared = choose_coding(attribute, all, options, exact);
     if (shared.bits > 0) coding = std::move(shared);
   });
   return codings;

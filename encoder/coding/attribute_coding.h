@@ -14,6 +14,7 @@ struct AttributeCoding {
   // grids that libdraco reproduces to the bit.
   std::vector<float> origin;
   float range = 0;
+  bool exact = false;  // every value is on the grid, and comes back as it is
 };
 
 }  // namespace psplit

@@ -1,6 +1,9 @@
 #include "encoder/coding/choose_codings.h"
 
+#include <algorithm>
+
 #include "encoder/coding/precision_guard.h"
+#include "encoder/coding/step_grid.h"
 
 namespace psplit {
 namespace {
@@ -11,6 +14,16 @@ bool names_features(const std::string& semantic) {
 
 bool is_direction(const Attribute& attribute) {
   return attribute.semantic == "NORMAL" && attribute.component_count == 3;
+}
+
+bool holds_whole_numbers(const CodingBounds& bounds) { return !bounds.low.empty() && bounds.common_power >= 0; }
+
+// Whether glTF does not say what the numbers mean. Those to which it gives a meaning are geometry.
+bool holds_data(const Attribute& attribute) {
+  constexpr const char* kGeometry[] = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "WEIGHTS_"};
+  return attribute.component_type == ComponentType::kFloat32 &&
+         std::ranges::none_of(kGeometry,
+                              [&](const char* prefix) { return attribute.semantic.starts_with(prefix); });
 }
 
 // The member for the kind of the attribute.
@@ -50,7 +63,22 @@ int wanted_bits(const Attribute& attribute, const CodingOptions& options, const 
                                           : options.generic_bits;
 }
 
-AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits) {
+CodingBounds wanted_bounds(const Attribute& attribute, const CodingOptions& options,
+                           const std::set<std::string>& exact, Span<const uint8_t> stored) {
+  const int bits = wanted_bits(attribute, options, exact);
+  return bits == 0 && (options.lossless || !holds_data(attribute)) ? CodingBounds()
+                                                                   : bounds_of(attribute, bits, stored);
+}
+
+AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
+                              const CodingOptions& options, const std::set<std::string>& exact) {
+  const int bits = wanted_bits(attribute, options, exact);
+  if (holds_data(attribute) && !options.lossless && holds_whole_numbers(bounds)) {
+    const auto grid = fit_whole_numbers(bounds);
+    const bool may_round = bits > 0 && are_given(attribute, options);
+    if (grid && (!may_round || grid->bits <= bits)) return *grid;
+    if (!may_round) return {};
+  }
   if (bits == 0) return {};
   if (is_direction(attribute))
     return bounds.are_unit_vectors ? AttributeCoding{bits, true, {}, 0} : AttributeCoding{};
@@ -60,9 +88,17 @@ AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bo
 
 AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,
                               const std::set<std::string>& exact) {
-  const int bits = wanted_bits(attribute, options, exact);
-  if (bits > 0) trim_noise(attribute);
-  return choose_coding(attribute, bits == 0 ? CodingBounds() : bounds_of(attribute, bits), bits);
+  if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
+  return choose_coding(attribute, wanted_bounds(attribute, options, exact), options, exact);
+}
+
+std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds& bounds,
+                                  const AttributeCoding& coding) {
+  if (!holds_data(attribute) || !holds_whole_numbers(bounds) || coding.bits == 0 || coding.exact) return "";
+  const auto grid = fit_whole_numbers(bounds);
+  return attribute.semantic + ": its whole numbers are rounded to a grid of " + std::to_string(coding.bits) +
+         " bits; " +
+         (grid ? std::to_string(grid->bits) + " bits would keep them" : "only --lossless would keep them");
 }
 
 std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,

@@ -36,9 +36,22 @@ PSPLIT_EXPORT bool are_given(const Attribute& attribute, const CodingOptions& op
 PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& options,
                               const std::set<std::string>& exact);
 
-// The coding of an attribute for which `bits` are wanted, by the bounds of the values that are stored. Values
-// that no grid can hold are kept exactly: values that are not finite, and normals that are not unit vectors.
-PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits);
+// The bounds by which the attribute's coding is chosen (bounds_of); empty if the coding does not depend on
+// them.
+CodingBounds wanted_bounds(const Attribute& attribute, const CodingOptions& options,
+                           const std::set<std::string>& exact, Span<const uint8_t> stored = {});
+
+// The coding of an attribute by the bounds of the values that are stored. Values that no grid can hold are kept
+// exactly: values that are not finite, and normals that are not unit vectors. Attributes without a meaning that
+// glTF defines are data: if all their values are whole numbers, these are kept, too, on a grid of the bits that
+// this takes (fit_whole_numbers), or exactly.
+PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
+                                            const CodingOptions& options, const std::set<std::string>& exact);
+
+// What the coding loses against the wish to keep whole numbers, because the options have fewer bits: a
+// sentence, or nothing.
+std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds& bounds,
+                                  const AttributeCoding& coding);
 
 // The coding of an attribute with a grid of its own, as choose_codings chooses it.
 PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,

@@ -1,9 +1,12 @@
 #include "encoder/coding/quantization.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numeric>
+
+#include "encoder/coding/step_grid.h"
 
 namespace psplit {
 namespace {
@@ -72,6 +75,12 @@ std::optional<AttributeCoding> fit_inside(const Limits& limits, const CodingBoun
   return std::nullopt;
 }
 
+// Whether the last component, which is TANGENT.w, may be 1 or -1.
+bool holds_units(const CodingBounds& bounds) {
+  const auto is_unit = [](float value) { return std::fabs(value) == 1; };
+  return !bounds.low.empty() && is_unit(bounds.low.back()) && is_unit(bounds.high.back());
+}
+
 bool is_unit_grid(const AttributeCoding& coding) {
   return coding.bits > 0 && !coding.octahedral && coding.range == 1 &&
          std::all_of(coding.origin.begin(), coding.origin.end(), [](float origin) { return origin == 0; });
@@ -84,6 +93,17 @@ float float_at(const Attribute& attribute, size_t i) {
 }
 void set_float(Attribute& attribute, size_t i, float value) {
   std::memcpy(attribute.values.data() + i * sizeof(float), &value, sizeof(float));
+}
+
+// CodingBounds::common_power of one value.
+int power_of(float value) {
+  constexpr int kMantissaBits = 23, kExponentBias = 127, kNoNumber = 255;
+  if (value == 0) return CodingBounds::kNoPower;
+  const auto bits = std::bit_cast<uint32_t>(value);
+  const int exponent = static_cast<int>(bits >> kMantissaBits & 0xff);
+  if (exponent == 0 || exponent == kNoNumber) return -1;
+  const uint32_t mantissa = bits | 1u << kMantissaBits;
+  return std::max(-1, exponent - kExponentBias - kMantissaBits + std::countr_zero(mantissa));
 }
 
 // Rounds weights to whole steps with the same sum: the largest remainders are rounded up. A sum near one, as
@@ -143,6 +163,7 @@ void CodingBounds::add(const CodingBounds& other) {
   is_finite = is_finite && other.is_finite;
   are_unit_vectors = are_unit_vectors && other.are_unit_vectors;
   off_unit_grid = std::max(off_unit_grid, other.off_unit_grid);
+  common_power = std::min(common_power, other.common_power);
 }
 
 CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored) {
@@ -164,6 +185,7 @@ CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t>
       bounds.low[c] = std::min(bounds.low[c], value[c]);
       bounds.high[c] = std::max(bounds.high[c], value[c]);
       square += double{value[c]} * double{value[c]};
+      if (bounds.common_power >= 0) bounds.common_power = std::min(bounds.common_power, power_of(value[c]));
       if (is_color)
         bounds.off_unit_grid =
             std::max(bounds.off_unit_grid,
@@ -197,6 +219,8 @@ Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBound
     coding.range = limits->high - limits->low;
     return coding;
   }
+  if (attribute.semantic == "TANGENT" && holds_units(bounds))
+    if (auto grid = fit_with_units(bounds, double{coding.range} / double{steps_of(bits)})) return *grid;
   for (int step = 0; step < kMostWidenings && !grid_extremes(coding); ++step) widen(coding);
   if (!std::isfinite(coding.range)) return invalid_input(attribute.semantic + ": its extent is not a float");
   return coding;
@@ -268,6 +292,7 @@ double grid_bound(int bits, float origin, float range) {
 
 std::vector<double> error_bounds(const AttributeCoding& coding) {
   if (coding.bits == 0) return {};
+  if (coding.exact) return std::vector<double>(coding.origin.size(), 0.0);
   if (coding.octahedral) return {octahedral_bound(coding.bits)};
   std::vector<double> bounds;
   for (const float origin : coding.origin) bounds.push_back(grid_bound(coding.bits, origin, coding.range));

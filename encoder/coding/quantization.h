@@ -26,6 +26,9 @@ struct CodingBounds {
   bool are_unit_vectors = true;  // of NORMAL
   // How far values are from the nearest place of the grid from 0 to 1, if glTF limits them to that.
   double off_unit_grid = 0;
+  // Every value is a multiple of two to this power. kNoPower if all are 0; -1 if one is not a whole number.
+  static constexpr int kNoPower = 128;
+  int common_power = kNoPower;
 
   void add(const CodingBounds& other);
 };

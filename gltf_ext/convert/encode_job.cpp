@@ -59,6 +59,7 @@ void EncodeJob::report(PrimitiveReport& report) {
   report.head_bytes = encoded.head_bytes;
   if (const AttributeCoding* coding = position_coding(); coding != nullptr) report.position_coding = *coding;
   report.statistics = encoded.statistics;
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   report_precision(report);
 }
 

@@ -37,6 +37,7 @@ struct EncodeJob {
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
   uint64_t freed_faces = 0;
+  std::vector<std::string> warnings;  // what it loses
   Status status;
 
   uint64_t face_count() const { return parts ? parts->faces : mesh.faces.size() + freed_faces; }

@@ -197,6 +197,7 @@ Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumen
   if (!encoded) return encoded.status();
   EncodeJob job = job_of(std::move(*encoded), statistics, mesh, std::move(*codings), parts_options.streams);
   job.precision = std::move(*notes);
+  job.warnings = (*parts)->losses();
   return job;
 }
 

@@ -1,6 +1,7 @@
 #include "gltf_ext/convert/read_jobs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <numeric>
@@ -18,6 +19,7 @@
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/view_in_place.h"
+#include "src/cpu/draco_stream.h"
 
 namespace psplit {
 namespace {
@@ -123,6 +125,17 @@ std::vector<size_t> grid_groups(const std::vector<EncodeJob>& jobs, Quantization
   return groups;
 }
 
+// Warns of whole numbers that the given bits round.
+void note_losses(const CodingOptions& coding, const std::set<std::string>& exact, EncodeJob& job) {
+  const std::vector<uint8_t> stored = stored_points_of(job);
+  for (size_t i = 0; i < job.codings.size(); ++i) {
+    const Attribute& attribute = job.mesh.attributes[i];
+    std::string loss =
+        loss_of_whole_numbers(attribute, wanted_bounds(attribute, coding, exact, stored), job.codings[i]);
+    if (!loss.empty()) job.warnings.push_back(std::move(loss));
+  }
+}
+
 // Chooses the codings of all jobs. Jobs of a group share their grids.
 Status choose_job_codings(const Document& document, const EncodeDocumentOptions& options,
                           std::span<const size_t> groups, const std::set<std::string>& exact,
@@ -143,6 +156,8 @@ Status choose_job_codings(const Document& document, const EncodeDocumentOptions&
     jobs[k].codings = std::move(codings[k]);
     jobs[k].precision = std::move(notes[k]);
   }
+  if (coding.given.generic)
+    for (EncodeJob& job : jobs) note_losses(coding, exact, job);
   return {};
 }
 
@@ -181,6 +196,31 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   if (!morphs) return morphs.status();
   job.morphs = std::move(*morphs);
   return {};
+}
+
+// glTF has no vertex attributes of 32-bit integers, so those of .drc files are read as floats. Warns of numbers
+// that may not be floats.
+void note_large_integers(const Document& document, EncodeJob& job) {
+  if (!document.from_draco || document.cloud) return;
+  const Expected<StoredPrimitive> stored = stored_primitive(document, job.group.ids.front());
+  const Expected<StreamDescription> described =
+      stored ? describe_stream(stored->bytes) : Expected<StreamDescription>(stored.status());
+  if (!described) return;
+  for (const AttributeRequest& request : stored->requests) {
+    const auto found = std::ranges::find(described->attributes, request.unique_id, &StreamAttribute::unique_id);
+    const Attribute* attribute = job.mesh.find(request.semantic);
+    if (found == described->attributes.end() || attribute == nullptr) continue;
+    if (found->type == core::DataType::kFloat32 || attribute->component_type != ComponentType::kFloat32)
+      continue;
+    constexpr float kLastExact = 0x1p24f;
+    const auto is_large = [&](float value) { return std::fabs(value) >= kLastExact; };
+    std::vector<float> values(attribute->values.size() / sizeof(float));
+    std::memcpy(values.data(), attribute->values.data(), values.size() * sizeof(float));
+    const auto count = std::ranges::count_if(values, is_large);
+    if (count > 0)
+      job.warnings.push_back(request.semantic + ": " + std::to_string(count) +
+                             " numbers of 2^24 and beyond are rounded to floats, which glTF has for them");
+  }
 }
 
 // Keeps the weights as they were, and rounds those of the mesh.
@@ -452,6 +492,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       continue;
     }
     job.options = options_of_streams(options);
+    note_large_integers(document, job);
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
   }

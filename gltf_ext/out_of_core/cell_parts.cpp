@@ -321,7 +321,7 @@ class CellParts::Builder {
       column.values.resize(records.size() / width_ * stride);
       for (size_t i = 0; i * width_ < records.size(); ++i)
         std::memcpy(column.values.data() + i * stride, records.data() + i * width_ + offset, stride);
-      if (const int bits = mesh_.bits_of(column); bits > 0) bounds_[k].add(bounds_of(column, bits));
+      bounds_[k].add(mesh_.bounds_for(column));
       if (Status status = result_.file_.append(bytes_of(column.values)); !status.ok()) return status;
       offset += stride;
     }
@@ -331,7 +331,9 @@ class CellParts::Builder {
   void choose_codings() {
     for (size_t k = 0; k < bounds_.size(); ++k) {
       const Attribute& attribute = mesh_.attributes()[k];
-      result_.codings_.push_back(choose_coding(attribute, bounds_[k], mesh_.bits_of(attribute)));
+      result_.codings_.push_back(mesh_.coding_of(attribute, bounds_[k]));
+      std::string loss = loss_of_whole_numbers(attribute, bounds_[k], result_.codings_.back());
+      if (!loss.empty()) result_.losses_.push_back(std::move(loss));
     }
   }
 

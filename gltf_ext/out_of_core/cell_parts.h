@@ -45,6 +45,8 @@ class CellParts : public MeshParts {
   const CellStatistics& statistics() const { return statistics_; }
   // What choose_codings gives for the whole mesh of the points in parts.
   const std::vector<AttributeCoding>& codings() const { return codings_; }
+  // What these codings lose although it is to be kept: sentences.
+  const std::vector<std::string>& losses() const { return losses_; }
 
  private:
   class Builder;
@@ -56,6 +58,7 @@ class CellParts : public MeshParts {
 
   std::vector<Attribute> attributes_;
   std::vector<AttributeCoding> codings_;
+  std::vector<std::string> losses_;
   AppendFile file_;
   std::vector<Place> places_;
   // For each point that cells asked each other for, its number among those that several parts use.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <random>
 
+#include "encoder/coding/choose_codings.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/expand_container.h"
@@ -103,6 +104,35 @@ std::pair<double, double> distance_and_area(const PatchContainer& container, con
     area += std::sqrt(squared_area);
   }
   return {nearest, area};
+}
+
+// Each encoder writes the grid so that each decoder gives the numbers.
+TEST(EncodeMesh, WholeNumbersComeBackFromEveryCodec) {
+  Mesh mesh = make_grid(40, 30);
+  std::mt19937 random(3);
+  for (const int bits : {1, 11, 17, 23, 24}) {
+    std::vector<float> ids = {0, std::ldexp(1.0f, bits) - 1};
+    while (ids.size() < mesh.point_count) ids.push_back(static_cast<float>(random() >> (32 - bits)));
+    mesh.attributes.resize(1);
+    mesh.attributes.push_back(float_attribute("_ID", 1, ids));
+    const auto codings = choose_codings(mesh, {});
+    ASSERT_TRUE(codings[1].exact);
+    std::vector<uint8_t> bytes;
+    for (const bool by_libdraco : {false, true}) {
+      EncodeOptions options{.patch_count = 3, .by_libdraco = by_libdraco};
+      const EncodedMesh encoded = must(encode_mesh(mesh, codings, options, ThreadPool(1)));
+      for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
+        const Mesh decoded =
+            must(decode_container(backend, encoded.container, encoded.requests, ThreadPool(1)));
+        const auto back = values_of<float>(*decoded.find("_ID"));
+        for (size_t i = 0; i < back.size(); ++i) ASSERT_EQ(back[i], ids[encoded.source_point[i]]);
+      }
+      if (by_libdraco) {
+        EXPECT_EQ(encoded.container, bytes);
+      }
+      bytes = encoded.container;
+    }
+  }
 }
 
 TEST(EncodeMesh, PatchesAreInTheOrderThatIsAskedFor) {

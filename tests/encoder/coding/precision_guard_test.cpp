@@ -232,9 +232,10 @@ TEST(PrecisionGuard, UnstoredPointsDoNotCount) {
   const Mesh mesh = sheet.with();
   std::vector<uint8_t> stored(mesh.point_count, 1);
   stored[0] = 0;
-  const CodingBounds bounds = bounds_of(mesh.attributes[1], 12, stored);
-  std::vector<AttributeCoding> codings{choose_coding(mesh.attributes[0], bounds_of(mesh.attributes[0], 14), 14),
-                                       choose_coding(mesh.attributes[1], bounds, 12)};
+  const CodingOptions options;
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : mesh.attributes)
+    codings.push_back(choose_coding(attribute, wanted_bounds(attribute, options, {}, stored), options, {}));
   const GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
     visit(mesh, stored);
     return Status();

@@ -87,5 +87,56 @@ TEST(Lossless, TheTestWouldSeeOneBit) {
   EXPECT_EQ(changed_components(mesh, other), 1u);
 }
 
+// A mesh whose points have the attribute, point by point.
+Document with_numbers(const char* semantic, const std::function<float(uint32_t)>& number) {
+  Mesh mesh = labelled(make_grid(60, 60));
+  std::vector<float> numbers;
+  for (uint32_t point = 0; point < mesh.point_count; ++point) numbers.push_back(number(point));
+  mesh.attributes.push_back(float_attribute(semantic, 1, numbers));
+  return document_from_mesh(mesh);
+}
+
+size_t changed_numbers(const Document& document, const char* semantic,
+                       const std::function<float(uint32_t)>& number) {
+  const Mesh mesh = must(read(document));
+  const std::vector<uint16_t> labels = values_of<uint16_t>(*mesh.find("_FEATURE_ID_0"));
+  const std::vector<float> numbers = values_of<float>(*mesh.find(semantic));
+  size_t changed = 0;
+  for (size_t i = 0; i < labels.size(); ++i) changed += numbers[i] != number(labels[i]);
+  return changed;
+}
+
+// Whole numbers name things.
+TEST(WholeNumbers, ComeBackWithoutAnOption) {
+  for (const char* semantic : {"_BATCH_ID", "_FEATURE_ID_1", "_OBJECTID", "_ANY"})
+    for (const float step : {1.0f, 7.0f, 4096.0f, 12345.0f, 1e6f}) {
+      const auto number = [&](uint32_t point) { return 5 + step * static_cast<float>(point); };
+      for (const bool condense : {false, true}) {
+        Document document = with_numbers(semantic, number);
+        EncodeDocumentOptions options;
+        options.condense = condense;
+        const auto reports = must(encode(document, options));
+        EXPECT_TRUE(reports[0].warnings.empty());
+        EXPECT_EQ(changed_numbers(document, semantic, number), 0u) << semantic << " " << step;
+      }
+    }
+}
+
+TEST(WholeNumbers, AreRoundedToBitsThatAreGivenWithAWarning) {
+  const auto number = [](uint32_t point) { return static_cast<float>(3 * point); };
+  EncodeDocumentOptions options{.generic_bits = 8};
+  options.given_bits.generic = true;
+  Document document = with_numbers("_ANY", number);
+  const auto reports = must(encode(document, options));
+  EXPECT_EQ(reports[0].warnings,
+            std::vector<std::string>{
+                "_ANY: its whole numbers are rounded to a grid of 8 bits; 14 bits would keep them"});
+  EXPECT_GT(changed_numbers(document, "_ANY", number), 3000u);
+  options.generic_bits = 14;
+  Document enough = with_numbers("_ANY", number);
+  EXPECT_TRUE(must(encode(enough, options))[0].warnings.empty());
+  EXPECT_EQ(changed_numbers(enough, "_ANY", number), 0u);
+}
+
 }  // namespace
 }  // namespace psplit

@@ -291,7 +291,9 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
   add_bits("--quantize-normal", options.normal_bits, given.normal, 2, "normals (octahedral)");
   add_bits("--quantize-texcoord", options.texcoord_bits, given.texcoord, 1, "texture coordinates");
   add_bits("--quantize-color", options.color_bits, given.color, 1, "colours stored as floats");
-  add_bits("--quantize-generic", options.generic_bits, given.generic, 1, "all other float attributes");
+  add_bits("--quantize-generic", options.generic_bits, given.generic, 1,
+           "all other float attributes. Without the option, those "
+           "whose values are all whole numbers keep them, with as many bits as they need");
   CLI::Option* lossless =
       command.add_flag("--lossless", options.lossless, "Keep every float exactly, without quantization");
   for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
