@@ -263,7 +263,10 @@ class PlainVertexReader {
         uint32_t value = 0;
         at = parse_plain_integer(at, end, value);
         if (static_cast<double>(value) > columns_[i].most) return nullptr;
-        values_[i] = columns_[i].becomes_float ? std::bit_cast<uint32_t>(static_cast<float>(value)) : value;
+        const auto as_float = static_cast<float>(value);
+        if (columns_[i].becomes_float && static_cast<double>(as_float) != static_cast<double>(value))
+          return nullptr;  // to be counted
+        values_[i] = columns_[i].becomes_float ? std::bit_cast<uint32_t>(as_float) : value;
       }
       if (at == nullptr) return nullptr;
     }
@@ -401,7 +404,7 @@ class PlyReader {
     return true;
   }
 
-  void store(Attribute& attribute, size_t index, double value) {
+  void store(Attribute& attribute, size_t index, PlyType type, double value) {
     std::byte* const to = attribute.values.data() + index * component_bytes(attribute.component_type);
     const auto put = [&](auto stored) { std::memcpy(to, &stored, sizeof(stored)); };
     switch (attribute.component_type) {
@@ -411,6 +414,10 @@ class PlyReader {
       case ComponentType::kUint16: return put(static_cast<uint16_t>(value));
       default: break;
     }
+    const bool is_whole = type != PlyType::kFloat32 && type != PlyType::kFloat64;
+    if (is_whole && static_cast<double>(static_cast<float>(value)) != value)
+      losses_.add("whole number of " + attribute.semantic + " is rounded: no float is equal to it",
+                  "whole numbers of " + attribute.semantic + " are rounded: no floats are equal to them");
     // A double beyond the range of floats becomes infinite.
     const bool fits = !(std::fabs(value) > double{std::numeric_limits<float>::max()});
     put(fits ? static_cast<float>(value)
@@ -474,7 +481,7 @@ class PlyReader {
       if (!values_.next(property.type, value)) return false;
       const Target& target = layout.targets()[k];
       Attribute& attribute = layout.attributes()[target.attribute];
-      store(attribute, i * attribute.component_count + target.component, value);
+      store(attribute, i * attribute.component_count + target.component, property.type, value);
     }
     if (!is_finite(position_at(layout.attributes()[0], static_cast<uint32_t>(i))))
       return values_.fail("the position of vertex " + std::to_string(first + i) + " is not finite");

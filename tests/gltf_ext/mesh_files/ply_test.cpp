@@ -222,6 +222,25 @@ TEST(Ply, BinaryDataBeginRightBehindTheHeader) {
   }
 }
 
+TEST(Ply, SaysWhichWholeNumbersAreNoFloats) {
+  for (const char* rest : {"", " 0"})
+    for (const auto& [type, number] :
+         {std::pair{"int", "-16777217"}, {"uint", "4294967295"}, {"int", "16777217"}}) {
+      const std::string vertex =
+          std::string(kXyz) + "property " + type + " id\n" + (*rest == 0 ? "" : "property double other\n");
+      std::string file = header("ascii", 3, vertex, 1);
+      for (const char* point : {"0 0 0 ", "1 0 0 ", "0 1 0 "})
+        file += std::string(point) + (point[0] == '1' ? number : "16777216") + rest + "\n";
+      file += "3 0 1 2\n";
+      EXPECT_TRUE(
+          contains(warnings_of(read_text(file)), "1 whole number of _ID is rounded: no float is equal to it\n"))
+          << warnings_of(read_text(file));
+    }
+  const std::string vertex = std::string(kXyz) + "property int id\n";
+  const std::string file = header("ascii", 3, vertex, 1) + "0 0 0 1\n1 0 0 16777216\n0 1 0 -7\n3 0 1 2\n";
+  EXPECT_EQ(warnings_of(read_text(file)), "other numbers of vertices are kept: _ID\n");
+}
+
 const char* const kTexturedFace =
     "property list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\n";
 
