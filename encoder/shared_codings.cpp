@@ -7,6 +7,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/kept_grids.h"
 
 namespace psplit {
 
@@ -17,7 +18,8 @@ bool is_shared(const std::string& semantic) {
 std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const MeshToCode> meshes,
                                                                 const CodingOptions& options,
                                                                 const std::set<std::string>& exact,
-                                                                const ThreadPool& pool) {
+                                                                const ThreadPool& pool,
+                                                                std::span<const KeptMesh> kept) {
   std::vector<std::vector<AttributeCoding>> codings(meshes.size());
   std::vector<std::vector<CodingBounds>> bounds(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
@@ -30,6 +32,7 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
       codings[k].push_back(choose_coding(attribute, bounds[k].back(), options, exact));
     }
   });
+  const auto is_final = keep_grids(meshes, kept, options, exact, bounds, codings, pool);
   std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < meshes.size(); ++k)
@@ -37,7 +40,8 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
         const Attribute& attribute = meshes[k].mesh->attributes[i];
         AttributeCoding& coding = codings[k][i];
         // Values that come back as they are fit to all others.
-        if (coding.bits > 0 && !coding.octahedral && !coding.exact && is_shared(attribute.semantic))
+        if (coding.bits > 0 && !coding.octahedral && !coding.exact && !is_final[k][i] &&
+            is_shared(attribute.semantic))
           act(joined[{meshes[k].group, attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
               coding);
       }
@@ -69,7 +73,7 @@ Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<do
   for (mesh = 0; mesh < meshes.size(); ++mesh)
     for (size_t i = 0; i < codings[mesh].size(); ++i) {
       AttributeCoding& coding = codings[mesh][i];
-      if (coding.bits == 0 || meshes[mesh].mesh->attributes[i].semantic != "POSITION") continue;
+      if (coding.bits == 0 || coding.exact || meshes[mesh].mesh->attributes[i].semantic != "POSITION") continue;
       const Expected<int> bits = choose_position_bits(coding, max_error, steps[meshes[mesh].group]);
       if (!bits) return bits.status();
       coding.bits = *bits;
@@ -103,6 +107,7 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCo
   struct SharedGrid {
     std::optional<AttributeCoding> better;
     uint64_t values = 0;
+    bool is_kept = false;  // values of a mesh are on it already
   };
   std::map<std::tuple<size_t, std::string, size_t>, SharedGrid> shared;
   const auto visit = [&](const auto& act) {
@@ -118,6 +123,7 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCo
   visit([&](size_t k, size_t i, const Attribute& attribute, SharedGrid* grid) {
     const PrecisionFinding& finding = findings[k][i];
     if (grid == nullptr) return;
+    grid->is_kept |= codings[k][i].exact;
     grid->values += finding.values;
     if (!finding.is_loss || are_given(attribute, options)) return;
     const bool is_exact = finding.better.bits == 0;
@@ -129,8 +135,8 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCo
     const PrecisionFinding& finding = findings[k][i];
     AttributeCoding& coding = codings[k][i];
     const int bits = coding.bits > 0 ? coding.bits : wanted[k][i];
-    const bool is_given = are_given(attribute, options);
-    if (grid != nullptr && grid->better)
+    const bool is_given = are_given(attribute, options) || (grid != nullptr && grid->is_kept);
+    if (grid != nullptr && grid->better && !grid->is_kept)
       coding = *grid->better;
     else if (finding.is_loss && !is_given)
       coding = finding.better;

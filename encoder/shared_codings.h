@@ -27,6 +27,15 @@ struct MeshToCode {
   std::function<std::vector<uint8_t>()> stored_points{};
   // By how much textures enlarge coordinates (GuardedMesh), by semantic.
   std::map<std::string, double> texture_scales{};
+  // The grid of each attribute that the input states; 0 bits for none. Empty if there are none at all. Values
+  // that are on it keep it (kept_grids.h).
+  std::vector<AttributeCoding> stated{};
+};
+
+// A mesh of a group that is left as it is, on the grid of its positions.
+struct KeptMesh {
+  size_t group = 0;
+  AttributeCoding positions{};
 };
 
 // Whether the meshes of a group share the attribute's grid, because borders between them must stay closed.
@@ -37,7 +46,8 @@ bool is_shared(const std::string& semantic);
 std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const MeshToCode> meshes,
                                                                 const CodingOptions& options,
                                                                 const std::set<std::string>& exact,
-                                                                const ThreadPool& pool);
+                                                                const ThreadPool& pool,
+                                                                std::span<const KeptMesh> kept = {});
 
 // The bits of positions for an error of at most `max_error`, or without it those for the step that the edges
 // allow. Errors: those of position_bits.h.

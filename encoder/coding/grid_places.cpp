@@ -1,6 +1,7 @@
 #include "encoder/coding/grid_places.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -43,6 +44,21 @@ void round_to_grid(Span<float> value, const AttributeCoding& grid) {
     value[c] = grid.range > 0
                    ? grid_place(value[c], grid.origin[c], grid.range, grid.bits) * step + grid.origin[c]
                    : grid.origin[c];
+}
+
+bool is_on_grid(const Attribute& attribute, const AttributeCoding& grid, Span<const uint8_t> stored) {
+  std::vector<float> value(attribute.component_count), rounded;
+  if (value.size() != (grid.octahedral ? 3 : grid.origin.size())) return false;
+  for (size_t i = 0; i * attribute.stride() < attribute.values.size(); ++i) {
+    if (!stored.empty() && stored[i] == 0) continue;
+    std::memcpy(value.data(), attribute.values.data() + i * attribute.stride(), attribute.stride());
+    // Places of other values may be no numbers.
+    if (!std::ranges::all_of(value, [](float component) { return std::isfinite(component); })) return false;
+    rounded = value;
+    round_to_grid(rounded, grid);
+    if (rounded != value) return false;
+  }
+  return true;
 }
 
 std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh, Span<const AttributeCoding> codings) {

@@ -34,13 +34,13 @@ AttributeCoding with_bits(AttributeCoding grid, int bits) {
   return grid;
 }
 
+}  // namespace
+
 std::string rounded_text(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
   return {text.data(), end.ptr};
 }
-
-}  // namespace
 
 // A bijection on 64 bits, so that the sample has no pattern.
 uint64_t EdgeSample::hash_of(uint64_t face) {

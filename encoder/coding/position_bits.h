@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
@@ -63,6 +64,9 @@ PSPLIT_EXPORT int position_bits_for_step(const AttributeCoding& grid, double ste
 // (distance_bound). Errors: kUsage if 30 bits do not suffice, because floats are too coarse for these
 // coordinates.
 PSPLIT_EXPORT Expected<int> position_bits_for_error(const AttributeCoding& grid, double max_error);
+
+// With three digits.
+std::string rounded_text(double value);
 
 // How far a decoded position may be from its input: the length of grid_bound over all components.
 PSPLIT_EXPORT double distance_bound(const AttributeCoding& grid);

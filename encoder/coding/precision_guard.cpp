@@ -46,7 +46,7 @@ bool is_within_limits(const Attribute& attribute, const AttributeCoding& grid) {
 }
 
 Measure measure_of(const Attribute& attribute, const AttributeCoding& coding, int wanted) {
-  if (wanted == 0 || attribute.component_type != ComponentType::kFloat32) return Measure::kNone;
+  if (wanted == 0 || coding.exact || attribute.component_type != ComponentType::kFloat32) return Measure::kNone;
   if (coding.bits == 0) return Measure::kNoGrid;
   if (coding.octahedral || coding.range == 0 || is_within_limits(attribute, coding)) return Measure::kNone;
   if (attribute.semantic == "POSITION" && attribute.component_count == 3) return Measure::kPositions;

@@ -258,7 +258,7 @@ void round_weights(Mesh& mesh, Span<const AttributeCoding> codings) {
   int bits = 0;
   for (size_t i = 0; i < codings.size(); ++i) {
     Attribute& attribute = mesh.attributes[i];
-    if (!attribute.semantic.starts_with("WEIGHTS_") || !is_unit_grid(codings[i])) continue;
+    if (!attribute.semantic.starts_with("WEIGHTS_") || !is_unit_grid(codings[i]) || codings[i].exact) continue;
     bits = codings[i].bits;
     for (size_t c = 0; c < attribute.component_count; ++c) parts.push_back({&attribute, c});
   }
@@ -292,7 +292,7 @@ double grid_bound(int bits, float origin, float range) {
 
 std::vector<double> error_bounds(const AttributeCoding& coding) {
   if (coding.bits == 0) return {};
-  if (coding.exact) return std::vector<double>(coding.origin.size(), 0.0);
+  if (coding.exact) return std::vector<double>(coding.octahedral ? 1 : coding.origin.size(), 0.0);
   if (coding.octahedral) return {octahedral_bound(coding.bits)};
   std::vector<double> bounds;
   for (const float origin : coding.origin) bounds.push_back(grid_bound(coding.bits, origin, coding.range));

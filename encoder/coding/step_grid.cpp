@@ -40,10 +40,10 @@ std::optional<AttributeCoding> grid_of_step(std::vector<float> origin, const std
 
 std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds) {
   if (bounds.low.empty() || bounds.common_power < 0) return std::nullopt;
-  const bool are_all_zero = bounds.common_power == CodingBounds::kNoPower;
-  std::optional<AttributeCoding> grid =
-      grid_of_step(bounds.low, bounds.high, are_all_zero ? 0 : bounds.common_power);
-  if (!grid || grid->bits > kFloatBits + 1) return std::nullopt;
+  const int power = bounds.common_power == CodingBounds::kNoPower ? 0 : bounds.common_power;
+  std::optional<AttributeCoding> grid = grid_of_step(bounds.low, bounds.high, power);
+  // A larger extent has offsets that are no floats.
+  if (!grid || double{grid->range} > std::ldexp(1.0, kFloatBits + power)) return std::nullopt;
   // Beyond 2^24 there may be no float that is the range above the least value, but one that is the range below
   // the largest.
   if (!grid_extremes(*grid)) {
@@ -58,7 +58,7 @@ std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds) {
 std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double step) {
   // Origins are multiples of the step, and of so large a power of two that 1 is a float above each.
   constexpr int kLeastUnit = -16;
-  const int exponent = std::ilogb(step);
+  const int exponent = std::min(std::ilogb(step), 0);  // so that 1 and -1 are multiples
   std::vector<float> origin;
   for (const float low : bounds.low) {
     const int unit = std::max(exponent, kLeastUnit);
@@ -72,6 +72,19 @@ std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double
     return grid_place(value, from, grid->range, grid->bits) * (grid->range / steps) + from == value;
   };
   return has(bounds.low.back()) && has(bounds.high.back()) ? grid : std::nullopt;
+}
+
+std::optional<AttributeCoding> with_power_of_two_step(const AttributeCoding& grid) {
+  const int exponent = std::ilogb(grid_step(grid));
+  std::vector<float> low, high;
+  for (const float origin : grid.origin) {
+    const double from = std::ldexp(std::floor(std::ldexp(double{origin}, -exponent)), exponent);
+    low.push_back(static_cast<float>(from));
+    if (double{low.back()} != from) return std::nullopt;
+    high.push_back(std::nextafter(origin + grid.range, INFINITY));
+  }
+  std::optional<AttributeCoding> result = grid_of_step(std::move(low), high, exponent);
+  return result && result->bits < kFloatBits && grid_extremes(*result) ? result : std::nullopt;
 }
 
 }  // namespace psplit

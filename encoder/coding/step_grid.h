@@ -7,6 +7,7 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/quantization.h"
+#include "src/export.h"
 
 namespace psplit {
 
@@ -18,5 +19,9 @@ std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds);
 // A grid with a step of at most `step` that has the extremes of the last component exactly, which are 1 or -1
 // each: TANGENT.w. `bounds` must be finite. Nothing if there is no such grid of 30 bits.
 std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double step);
+
+// The grid with a power of two as its step, which is no larger, and with places at its multiples. Nothing if
+// that takes more than 23 bits.
+PSPLIT_EXPORT std::optional<AttributeCoding> with_power_of_two_step(const AttributeCoding& grid);
 
 }  // namespace psplit

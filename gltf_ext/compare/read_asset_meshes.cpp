@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
+#include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/json/json_fields.h"
-#include "src/condensed/expand_container.h"
+#include "gltf_ext/primitive/describe_primitive.h"
 
 namespace psplit {
 namespace {
@@ -29,33 +31,13 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
                                                              const DescribeStream& describe,
                                                              const ThreadPool& pool) {
   std::map<std::string, DeclaredGrid> grids;
-  const PrimitiveStorage storage = document.records().primitive(id).storage();
-  if (storage == PrimitiveStorage::kPlain) return grids;
-  const bool patched = storage == PrimitiveStorage::kPatches;
-  const auto stored = stored_primitive(document, id);
-  if (!stored) return stored.status();
-  std::vector<std::span<const uint8_t>> streams{stored->bytes};
-  Expected<PatchContainer> container = PatchContainer();
-  if (patched) {
-    container = open_container(stored->bytes);
-    if (!container) return container.status();
-    streams = container->streams;
-  }
-
+  if (document.records().primitive(id).storage() == PrimitiveStorage::kPlain) return grids;
+  const Expected<DescribedPrimitive> described = describe_primitive(document, id, describe, pool);
+  if (!described) return described.status();
   // The patches that psplit writes share their grids. Those of other encoders may not.
-  std::vector<Expected<StreamDescription>> descriptions(streams.size(), StreamDescription{});
-  pool.for_each(streams.size(), [&](size_t i) {
-    if (!patched || !container->entries[i].is_condensed) {
-      descriptions[i] = describe(streams[i]);
-      return;
-    }
-    const auto expanded = expand_patch(*container, static_cast<uint32_t>(i));
-    descriptions[i] = expanded ? describe(*expanded) : expanded.status();
-  });
-  for (size_t i = 0; i < streams.size(); ++i) {
-    if (!descriptions[i]) return descriptions[i].status().at({.patch = patched ? static_cast<int64_t>(i) : -1});
-    for (const AttributeRequest& request : stored->requests) {
-      const auto& attributes = descriptions[i]->attributes;
+  for (const StreamDescription& stream : described->streams) {
+    for (const AttributeRequest& request : described->requests) {
+      const auto& attributes = stream.attributes;
       const auto found = std::ranges::find(attributes, request.unique_id, &StreamAttribute::unique_id);
       if (found == attributes.end() || found->bits == 0) continue;
       DeclaredGrid grid = grid_of(*found);
@@ -81,6 +63,51 @@ Status add_morph_targets(const Document& document, AssetPrimitive& primitive) {
     primitive.owned.push_back(data);
   }
   return {};
+}
+
+// Whether all positions are on the grid.
+bool are_on_grid(const ValuesView& positions, const AttributeCoding& grid) {
+  if (positions.component_type != ComponentType::kFloat32 || positions.component_count != grid.origin.size())
+    return false;
+  std::vector<float> value(positions.component_count), rounded;
+  return for_each_step(positions, [&](size_t first, size_t end) {
+    for (size_t point = first; point < end; ++point) {
+      std::memcpy(value.data(), positions.at(point), positions.value_bytes());
+      if (!std::ranges::all_of(value, [](float component) { return std::isfinite(component); })) return false;
+      rounded = value;
+      round_to_grid(rounded, grid);
+      if (rounded != value) return false;
+    }
+    return true;
+  });
+}
+
+// The encoder rounds primitives that stay plain to the grid of those beside them. Such positions have this
+// grid, too: of their mesh, or of the whole asset if that has one.
+void find_grids_of_plain(AssetMeshes& asset) {
+  constexpr size_t kAsset = SIZE_MAX;
+  std::map<size_t, const DeclaredGrid*> grids;  // of meshes; null: several
+  for (const AssetPrimitive& primitive : asset.primitives) {
+    const auto found = primitive.grids.find("POSITION");
+    if (found == primitive.grids.end()) continue;
+    const DeclaredGrid* const grid = found->second.identity.empty() ? nullptr : &found->second;
+    for (const size_t whole : {primitive.whole, kAsset}) {
+      const auto [first, is_new] = grids.emplace(whole, grid);
+      const bool is_same =
+          grid != nullptr && first->second != nullptr && first->second->identity == grid->identity;
+      if (!is_new && !is_same) first->second = nullptr;
+    }
+  }
+  for (AssetPrimitive& primitive : asset.primitives) {
+    if (primitive.has_no_data || primitive.grids.contains("POSITION")) continue;
+    const ValuesView* const positions = primitive.view.find("POSITION");
+    const auto own = grids.find(primitive.whole), all = grids.find(kAsset);
+    const DeclaredGrid* const grid = own != grids.end()   ? own->second
+                                     : all != grids.end() ? all->second
+                                                          : nullptr;
+    if (positions == nullptr || grid == nullptr || !are_on_grid(*positions, grid->coding)) continue;
+    primitive.grids.emplace("POSITION", DeclaredGrid(*grid));
+  }
 }
 
 // Whether attributes or indices are in a buffer without bytes.
@@ -148,6 +175,7 @@ Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBa
     if (Status status = add_morph_targets(document, primitive); !status.ok())
       return std::move(status).at(place_of(primitive.id));
   }
+  find_grids_of_plain(asset);
   return asset;
 }
 

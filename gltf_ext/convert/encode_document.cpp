@@ -10,6 +10,7 @@
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/join_points.h"
+#include "gltf_ext/convert/plain_neighbours.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
@@ -381,7 +382,9 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
       if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
     }
   const std::vector<PrimitiveId> origins = origins_of_output(document, jobs);
+  const auto grids = position_grids(jobs, read->groups);
   Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, reports);
+  if (status.ok()) status = round_plain_neighbours(document, origins, jobs, read->groups, grids, pool, reports);
   if (status.ok() && options.condenses())
     status = condense_output(document, origins, jobs, options, pool, reports);
   if (!status.ok()) return status;

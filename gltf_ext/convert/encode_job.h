@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,11 +24,25 @@ struct EncodedInParts {
   std::vector<PartsContainer> containers;  // on one grid; or streams without a container
 };
 
+// Which meshes share grids: those of one group.
+struct GridGroups {
+  QuantizationVolume volume = QuantizationVolume::kMesh;
+  std::map<size_t, size_t> joined{};  // the group of meshes that share a geometry with others
+
+  // Nothing if each primitive has grids of its own.
+  std::optional<size_t> of_mesh(size_t mesh) const {
+    if (volume == QuantizationVolume::kPrimitive) return std::nullopt;
+    const auto found = joined.find(mesh);
+    return volume == QuantizationVolume::kScene ? 0 : found == joined.end() ? mesh : found->second;
+  }
+};
+
 struct EncodeJob {
   PrimitiveGroup group;  // the primitives that have this geometry
   Mesh mesh;             // without points and faces if it is in parts; without arrays after free_mesh()
   std::vector<MorphAttribute> morphs;
-  std::vector<Attribute> unrounded;  // the skin weights of the input
+  std::vector<Attribute> unrounded;     // the skin weights of the input
+  std::vector<AttributeCoding> stated;  // the grids of the input: see MeshToCode
   std::vector<AttributeCoding> codings;
   std::vector<PrecisionNote> precision;  // about the codings
   EncodeOptions options;

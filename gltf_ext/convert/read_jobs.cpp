@@ -8,10 +8,14 @@
 #include <optional>
 #include <set>
 
+#include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/coding/step_grid.h"
 #include "encoder/shared_codings.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
+#include "gltf_ext/convert/scene_offsets.h"
+#include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
@@ -114,15 +118,22 @@ std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
   return lowest;
 }
 
-// For each job the number of its group: jobs of a group share their grids.
-std::vector<size_t> grid_groups(const std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
-  const std::map<size_t, size_t> joined = joined_meshes(jobs);
-  std::vector<size_t> groups;
-  for (size_t i = 0; i < jobs.size(); ++i)
-    groups.push_back(volume == QuantizationVolume::kPrimitive ? i
-                     : volume == QuantizationVolume::kMesh    ? joined.at(jobs[i].group.ids.front().mesh)
-                                                              : 0);
-  return groups;
+// The grids of positions that skipped primitives have, whose streams are kept.
+std::vector<KeptMesh> kept_meshes(const Document& document, const EncodeJobs& read, const ThreadPool& pool) {
+  std::set<size_t> used;
+  for (const EncodeJob& job : read.jobs)
+    for (const PrimitiveId id : job.group.ids)
+      if (const auto group = read.groups.of_mesh(id.mesh)) used.insert(*group);
+  const std::vector<Attribute> position{{"POSITION", ComponentType::kFloat32, 3, false, {}}};
+  std::vector<KeptMesh> kept;
+  for (const auto& [at, reason] : read.skipped) {
+    const PrimitiveId id{at.first, at.second};
+    const auto group = read.groups.of_mesh(id.mesh);
+    if (!group || !used.contains(*group)) continue;
+    AttributeCoding grid = stated_grids(document, id, position, pool)[0];
+    if (grid.bits > 0) kept.push_back({*group, std::move(grid)});
+  }
+  return kept;
 }
 
 // Warns of whole numbers that the given bits round.
@@ -136,16 +147,64 @@ void note_losses(const CodingOptions& coding, const std::set<std::string>& exact
   }
 }
 
+// Bits that are to be chosen by edges or errors are not those of the input.
+void note_stated_grids(const Document& document, const EncodeDocumentOptions& options,
+                       std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
+  if (options.lossless) return;
+  for (EncodeJob& job : jobs) {
+    job.stated = stated_grids(document, job.group.ids.front(), job.mesh.attributes, pool);
+    for (size_t i = 0; i < job.stated.size() && options.chooses_position_bits(); ++i)
+      if (job.mesh.attributes[i].semantic == "POSITION") job.stated[i] = {};
+  }
+}
+
+// Meshes on one grid touch in a scene as they did if nodes move them by multiples of its step. So the step
+// becomes a power of two. Warns if that does not help.
+void fit_scene(const Document& document, std::vector<EncodeJob>& jobs) {
+  std::set<size_t> meshes;
+  std::vector<AttributeCoding*> grids;
+  for (EncodeJob& job : jobs) {
+    for (const PrimitiveId id : job.group.ids) meshes.insert(id.mesh);
+    if (AttributeCoding* grid = job.position_coding(); grid != nullptr) grids.push_back(grid);
+  }
+  if (grids.empty()) return;
+  const SceneOffsets moved = scene_offsets(document.json(), meshes);
+  if (moved.are_zero()) return;
+  const AttributeCoding first = *grids.front();
+  const bool is_one = std::ranges::all_of(grids, [&](const AttributeCoding* grid) {
+    return !grid->exact && grid->bits == first.bits && grid->origin == first.origin &&
+           grid->range == first.range;
+  });
+  const auto fitted = is_one ? with_power_of_two_step(first) : std::nullopt;
+  const auto is_multiple = [&](double offset) {
+    const double steps = offset / grid_step(*fitted);
+    return steps == std::floor(steps);
+  };
+  const bool touch = fitted && moved.are_translations &&
+                     std::ranges::all_of(moved.offsets, [&](const std::array<double, 3>& offset) {
+                       return std::ranges::all_of(offset, is_multiple);
+                     });
+  for (AttributeCoding* grid : grids)
+    if (touch) *grid = *fitted;
+  if (!touch)
+    jobs.front().warnings.push_back(
+        "nodes place the meshes of the scene so that their grids do not meet: surfaces of different meshes "
+        "that touch may come apart by up to " +
+        rounded_text(2 * distance_bound(first)));
+}
+
 // Chooses the codings of all jobs. Jobs of a group share their grids.
 Status choose_job_codings(const Document& document, const EncodeDocumentOptions& options,
-                          std::span<const size_t> groups, const std::set<std::string>& exact,
-                          std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
+                          const std::set<std::string>& exact, EncodeJobs& read, const ThreadPool& pool) {
+  std::vector<EncodeJob>& jobs = read.jobs;
   std::vector<MeshToCode> meshes;
   for (size_t k = 0; k < jobs.size(); ++k)
-    meshes.push_back({&jobs[k].mesh, groups[k], [&job = jobs[k]] { return stored_points_of(job); },
-                      texture_scales(document, jobs[k].group.ids)});
+    meshes.push_back({&jobs[k].mesh, read.groups.of_mesh(jobs[k].group.ids.front().mesh).value_or(k),
+                      [&job = jobs[k]] { return stored_points_of(job); },
+                      texture_scales(document, jobs[k].group.ids), jobs[k].stated});
   const CodingOptions coding = options.coding();
-  auto codings = choose_shared_codings(meshes, coding, exact, pool);
+  const std::vector<KeptMesh> kept = kept_meshes(document, read, pool);
+  auto codings = choose_shared_codings(meshes, coding, exact, pool, kept);
   if (options.chooses_position_bits()) {
     size_t failed = 0;
     Status status = choose_position_bits(meshes, options.chosen_position_error(), codings, failed);
@@ -156,6 +215,7 @@ Status choose_job_codings(const Document& document, const EncodeDocumentOptions&
     jobs[k].codings = std::move(codings[k]);
     jobs[k].precision = std::move(notes[k]);
   }
+  if (options.volume == QuantizationVolume::kScene) fit_scene(document, jobs);
   if (coding.given.generic)
     for (EncodeJob& job : jobs) note_losses(coding, exact, job);
   return {};
@@ -497,8 +557,9 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     shared_points.divide(document, result.jobs);
   }
   shared_points.finish(result.jobs);
-  Status chosen =
-      choose_job_codings(document, options, grid_groups(result.jobs, options.volume), exact, result.jobs, pool);
+  result.groups = {options.volume, joined_meshes(result.jobs)};
+  note_stated_grids(document, options, result.jobs, pool);
+  Status chosen = choose_job_codings(document, options, exact, result, pool);
   if (!chosen.ok()) return chosen;
   for (EncodeJob& job : result.jobs) round_job_weights(job);
   std::ranges::move(large, std::back_inserter(result.jobs));

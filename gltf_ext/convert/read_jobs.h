@@ -24,6 +24,7 @@ inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones
 struct EncodeJobs {
   std::vector<EncodeJob> jobs;  // those that are encoded already, in parts, are the last
   SkippedPrimitives skipped;
+  GridGroups groups;
 };
 
 // Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded. With

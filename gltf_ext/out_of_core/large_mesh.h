@@ -51,6 +51,10 @@ class LargeMesh {
   const Box& box() const { return box_; }
   // The sample of the edges of the whole mesh, if options.samples_edges.
   const EdgeSample& edges() const { return edges_; }
+  // The bits that the options want for one of attributes().
+  int bits_of(const Attribute& attribute) const {
+    return wanted_bits(attribute, options_.coding, options_.exact);
+  }
   // The coding of one of attributes(), by the bounds of all values that are stored.
   CodingBounds bounds_for(const Attribute& values) const {
     return wanted_bounds(values, options_.coding, options_.exact);

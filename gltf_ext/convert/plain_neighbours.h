@@ -1,0 +1,27 @@
+// Primitives that stay as they are beside quantized ones, whose positions have moved to a grid.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "gltf_ext/convert/encode_job.h"
+#include "gltf_ext/convert/encode_reports.h"
+
+namespace psplit {
+
+// By the group of primitives that share grids (GridGroups): the grid of positions.
+std::map<size_t, AttributeCoding> position_grids(std::span<EncodeJob> jobs, const GridGroups& groups);
+
+// Rounds the positions of primitives that stay plain to the grid of their group, so that surfaces which touched
+// do so afterwards. Values are replaced where they are stored; if other objects use them, too, they get new
+// places. Positions that are compressed, or no floats, stay: a warning says so if boxes of both meet.
+// `origins` are the primitives of the input from which those of `output` come.
+Status round_plain_neighbours(Document& output, std::span<const PrimitiveId> origins,
+                              std::span<const EncodeJob> jobs, const GridGroups& groups,
+                              const std::map<size_t, AttributeCoding>& grids, const ThreadPool& pool,
+                              EncodeReports& reports);
+
+}  // namespace psplit

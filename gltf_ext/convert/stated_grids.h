@@ -1,0 +1,16 @@
+// The grids that the streams of compressed primitives state. Their values are on them already.
+#pragma once
+
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "gltf_ext/primitive/read_primitives.h"
+
+namespace psplit {
+
+// The grid of each attribute of the primitive's mesh; 0 bits if its streams state none, or several. All have 0
+// bits if the primitive is plain, or cannot be described.
+std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId id,
+                                          const std::vector<Attribute>& attributes, const ThreadPool& pool);
+
+}  // namespace psplit

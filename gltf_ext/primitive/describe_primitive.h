@@ -1,0 +1,21 @@
+// What the streams of a compressed primitive state.
+#pragma once
+
+#include <vector>
+
+#include "gltf_ext/primitive/read_primitives.h"
+#include "src/container/stream_description.h"
+
+namespace psplit {
+
+struct DescribedPrimitive {
+  std::vector<AttributeRequest> requests;
+  std::vector<StreamDescription> streams;  // of stock Draco one, of a container one for each patch
+};
+
+// Condensed patches are described as the streams that they stand for. Errors: those of `describe`, with the
+// patch as their place; kInvalidInput.
+Expected<DescribedPrimitive> describe_primitive(const Document& document, PrimitiveId id,
+                                                const DescribeStream& describe, const ThreadPool& pool);
+
+}  // namespace psplit
