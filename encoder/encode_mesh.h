@@ -39,6 +39,11 @@ struct PatchOrder {
 
 struct EncodeOptions {
   uint32_t patch_count = 1;
+  // If not 0, patches that take more bytes than one stream, by more than so many percent, become fewer, or one.
+  // Not with patch_of_face, nor with encode_parts.
+  uint32_t most_split_percent = 0;
+  // The container is to be condensed: its patches will share their tables, so that these do not count.
+  bool shares_tables = false;
   PatchOrder order{};
   // Store the box of each patch: 6 bytes each, and 28 of a mesh. A viewer chooses by them what it shows first.
   bool boxes = false;

@@ -13,6 +13,7 @@
 #include "encoder/encode_patch.h"
 #include "encoder/encode_streams.h"
 #include "encoder/growing_container.h"
+#include "encoder/split_limit.h"
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
@@ -219,11 +220,10 @@ class PartsEncoder {
 Expected<Streams> PartsEncoder::encode_streams_of(const Mesh& mesh) {
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
   const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
-  const uint32_t patch_count =
-      is_whole_ ? options_.streams.patch_count
-                : static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
+  const auto patch_count = static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
   Expected<Streams> streams =
-      encode_streams(mesh, codings_, options_.streams, patch_count, pool_, encoded_.statistics);
+      is_whole_ ? encode_within_limit(mesh, codings_, options_.streams, pool_, encoded_.statistics)
+                : encode_streams(mesh, codings_, options_.streams, patch_count, pool_, encoded_.statistics);
   const Status status = streams.status();
   const int64_t patch = status.place().patch;
   if (patch >= 0) return Status(status.code(), status.message(), {.patch = stream_count() + patch});

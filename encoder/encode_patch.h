@@ -11,6 +11,7 @@
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/sequential_stream.h"
 #include "encoder/stream/smallest_stream.h"
+#include "encoder/stream/stream_steps.h"
 #include "encoder/welding/weld.h"
 #include "src/status.h"
 
@@ -22,7 +23,13 @@ namespace psplit {
 inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const PatchMesh& patch,
                                            std::span<const AttributeCoding> codings,
                                            const EncodeOptions& options, bool with_values) {
-  if (options.by_libdraco) return encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
+  if (options.by_libdraco) {
+    Expected<EncodedPatch> encoded =
+        encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
+    // libdraco does not say what its tables take.
+    if (encoded && options.most_split_percent > 0) encoded->table_bytes = table_bytes_of(encoded->bytes);
+    return encoded;
+  }
   if (options.choose_by_bytes)
     return encode_smallest_stream(welded, patch, codings, with_values, options.in_creation_order);
   return encode_stream(welded, patch, codings, options.encode_speed, with_values);

@@ -21,6 +21,7 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   streams.owned.resize(patch_count);
   streams.decoded.resize(patch_count);
   streams.bytes.resize(patch_count);
+  streams.table_bytes.resize(patch_count);
   std::vector<Status> statuses(patch_count);
   ObjectPool<PatchExtractor> extractors;
   const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(*welded.mesh); };
@@ -33,6 +34,7 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
       return;
     }
     streams.bytes[i] = std::move(encoded->bytes);
+    streams.table_bytes[i] = encoded->table_bytes;
     streams.decoded[i] = std::move(encoded->decoded);
     streams.owned[i].faces = streams.decoded[i].faces;
     std::vector<uint32_t>& points = streams.owned[i].points = std::move(encoded->patch_point);

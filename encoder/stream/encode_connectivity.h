@@ -46,6 +46,7 @@ struct EncodedConnectivity {
   // It has no attributes.
   core::Patch<uint32_t> patch;
   std::unique_ptr<uint8_t[]> memory;  // of the patch
+  size_t table_bytes = 0;             // of the stream, when it is written: tables of probabilities
 };
 
 // Errors: kInvalidInput if every face uses a vertex twice, and for meshes that libdraco's decoder refuses;

@@ -77,13 +77,21 @@ Expected<std::vector<uint8_t>> write_stream(EncodedConnectivity& connectivity, E
   fields.skeleton = edgebreaker_skeleton(attributes.plans, is_valence, has_seams);
   fields.attributes = std::move(attributes.fields);
   fields.symbol_level = symbol_level;
-  return write_fields(fields);
+  return write_fields(fields, &connectivity.table_bytes);
+}
+
+size_t table_bytes_of(std::span<const uint8_t> stream) {
+  size_t bytes = 0;
+  if (const Expected<DracoFields> fields = read_fields(stream))
+    static_cast<void>(write_fields(*fields, &bytes));
+  return bytes;
 }
 
 Expected<EncodedPatch> describe_stream(const WeldedMesh& welded, const EncodedConnectivity& connectivity,
                                        std::vector<uint8_t> bytes, bool with_values) {
   EncodedPatch out;
   out.bytes = std::move(bytes);
+  out.table_bytes = connectivity.table_bytes;
   list_points(connectivity, out);
   if (with_values)
     if (Status status = decode_values(*welded.mesh, out); !status.ok()) return status;

@@ -10,10 +10,12 @@
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/join_points.h"
+#include "gltf_ext/convert/json_growth.h"
 #include "gltf_ext/convert/plain_neighbours.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
 #include "src/container/patch_container.h"
@@ -218,11 +220,17 @@ struct SharedSizes {
   std::vector<PrimitiveId> ids;             // the first primitive of each
   uint64_t before = 0;                      // the bytes that the document would lose with them
   uint64_t streams = 0, morph_targets = 0;  // those that it would get
+  int64_t json = 0;                         // by which its JSON would grow
   bool has_users = false;                   // other objects keep some of the data
 
   uint64_t after() const { return streams + morph_targets; }
+  // What the document would lose, all in all.
+  int64_t gain() const { return static_cast<int64_t>(before) - static_cast<int64_t>(after()) - json; }
   std::string text() const {
-    return std::to_string(after()) + " bytes instead of " + std::to_string(before) +
+    const std::string of_json = json == 0 ? ""
+                                          : " and " + std::to_string(json < 0 ? -json : json) + " bytes " +
+                                                (json < 0 ? "less" : "more") + " of JSON";
+    return std::to_string(after()) + " bytes instead of " + std::to_string(before) + of_json +
            (ids.size() > 1 ? ", together with the primitives that share its data" : "") +
            (has_users ? "; what other objects use would stay" : "");
   }
@@ -230,6 +238,8 @@ struct SharedSizes {
 struct SharingJobs {
   std::vector<EncodeJob*> jobs;
   SharedSizes sizes;
+
+  std::vector<const EncodeJob*> jobs_to_read() const { return {jobs.begin(), jobs.end()}; }
 };
 
 std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<EncodeJob>& jobs) {
@@ -254,16 +264,17 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
       sizes.ids.push_back(groups[i]->ids.front());
     }
     sizes.before = owners.bytes_of(of_set);
+    sizes.json = json_growth(document, owners, sharing.jobs_to_read());
     sizes.has_users = sizes.before < geometry_bytes(document, sizes.ids);
   }
   return result;
 }
 
-// Why the geometries stay as they are; empty if they do not. Parallel decoding is worth a few bytes: patches of
-// stock Draco may take 3 % more.
-std::string reason_to_leave(const Document& document, const SharingJobs& sharing) {
+// Why the geometries stay as they are; empty if they do not. `may_shrink`: they are to be condensed, so that
+// patches of stock Draco may take what patches may cost.
+std::string reason_to_leave(const Document& document, const SharingJobs& sharing, bool may_shrink) {
   const SharedSizes& sizes = sharing.sizes;
-  if (sizes.after() < sizes.before) return "";
+  if (sizes.gain() > 0) return "";
   bool is_stock = true, is_split = true;
   for (const EncodeJob* job : sharing.jobs) {
     is_stock &= document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kStockDraco;
@@ -271,8 +282,7 @@ std::string reason_to_leave(const Document& document, const SharingJobs& sharing
   }
   if (!is_stock) return "Draco would take " + sizes.text();
   if (!is_split) return "stock Draco that would take " + sizes.text();
-  constexpr uint64_t kMostPercent = 103;
-  if (sizes.after() * 100 <= sizes.before * kMostPercent) return "";
+  if (may_shrink && sizes.after() * 100 <= sizes.before * (100 + kMostSplitPercent)) return "";
   return "stock Draco that would take " + sizes.text() +
          " in patches; --patches and --patch-faces split it all the same";
 }
@@ -288,11 +298,48 @@ bool is_too_small_for_coarse(const Document& document, const EncodeDocumentOptio
          });
 }
 
+// What the asset would lose if all that is not left is encoded.
+struct ExpectedGain {
+  int64_t bytes = 0;
+  size_t geometries = 0;
+  bool are_wanted = false;  // some are encoded whatever they take
+
+  // Whether the asset may grow all the same: each geometry may have this much more JSON than was expected.
+  bool is_doubtful() const {
+    constexpr int64_t kDoubt = 512;
+    return !are_wanted && geometries > 0 && bytes < kDoubt * static_cast<int64_t>(geometries + 1);
+  }
+};
+
+// The names of extensions in the lists of an asset may take more than small geometries save.
+void leave_what_lists_outweigh(const Document& document, std::span<const SharingJobs> sets, ExpectedGain& gain,
+                               EncodeReports& reports) {
+  std::set<std::string> names;
+  for (const SharingJobs& sharing : sets) {
+    gain.bytes += sharing.sizes.gain();
+    gain.geometries += sharing.jobs.size();
+    for (const EncodeJob* job : sharing.jobs)
+      names.insert(job->stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName);
+  }
+  for (const std::string& name : names) gain.bytes -= list_growth(document, name.c_str());
+  const bool is_draco = std::ranges::any_of(sets, [&](const SharingJobs& sharing) {
+    return document.records().primitive(sharing.sizes.ids.front()).storage() == PrimitiveStorage::kStockDraco;
+  });
+  if (gain.are_wanted || gain.bytes > 0 || is_draco) return;
+  for (const SharingJobs& sharing : sets)
+    for (const EncodeJob* job : sharing.jobs)
+      for (const PrimitiveId id : job->group.ids)
+        reports[id].skipped =
+            "Draco would take " + sharing.sizes.text() + ", and its name in the lists of extensions more";
+  gain = {};
+}
+
 // Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
-// reason. Adds the others that may grow, because the user wants them, to `may_grow`.
-Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
+// reason. Adds the others that may grow, because the user wants them, to `may_grow`. For may_shrink see
+// reason_to_leave.
+Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options, bool may_shrink,
                              std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
-                             EncodeReports& reports) {
+                             ExpectedGain& gain, EncodeReports& reports) {
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
   // Coarse primitives replace those of a whole mesh, so all of it is in patches.
   const auto is_stored = [&](const EncodeJob* job) {
@@ -307,17 +354,21 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
       return std::move(job.status).at(job.place(document));
     for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
   }
-  for (const SharingJobs& sharing : sharing_jobs(document, jobs)) {
+  std::vector<SharingJobs> by_gain;
+  for (SharingJobs& sharing : sharing_jobs(document, jobs)) {
     const bool is_wanted = options.patches.is_given() || with_fallback ||
                            std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
                              return job->drops_attributes || is_stored(job);
                            });
-    std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
+    std::string reason = is_wanted ? "" : reason_to_leave(document, sharing, may_shrink);
     if (is_too_small_for_coarse(document, options, sharing)) reason = kTooSmallForCoarse;
     for (const EncodeJob* job : sharing.jobs)
       for (const PrimitiveId id : job->group.ids) reports[id].skipped = reason;
     if (is_wanted && !with_fallback) may_grow.push_back(sharing.sizes);
+    if (reason.empty() && !is_wanted) by_gain.push_back(std::move(sharing));
+    gain.are_wanted |= reason.empty() && is_wanted;
   }
+  leave_what_lists_outweigh(document, by_gain, gain, reports);
   std::vector<EncodeJob> kept;
   for (EncodeJob& job : jobs)
     if (reports[job.group.ids.front()].skipped.empty())
@@ -333,7 +384,7 @@ void warn_of_growth(std::vector<SharedSizes>& may_grow, EncodeReports& reports) 
   for (SharedSizes& sizes : may_grow) {
     sizes.streams = 0;  // some may be condensed now
     for (const PrimitiveId id : sizes.ids) sizes.streams += reports[id].bytes;
-    if (sizes.after() > sizes.before) reports[sizes.ids.front()].warnings.push_back("grows: " + sizes.text());
+    if (sizes.gain() < 0) reports[sizes.ids.front()].warnings.push_back("grows: " + sizes.text());
   }
 }
 
@@ -345,10 +396,23 @@ void report_spooled(const SpooledPoints& points, const EncodeJob& job, Primitive
     report.input_bytes += report.points * attribute.stride();
 }
 
+// The asset stays as it was, because it would grow.
+std::vector<PrimitiveReport> leave_asset(const Document& input, const EncodeJobs& read, uint64_t before,
+                                         uint64_t after) {
+  EncodeReports reports(input, read);
+  std::vector<PrimitiveReport> list = std::move(reports).list();
+  const std::string reason =
+      "the asset would take " + std::to_string(after) + " bytes as a GLB instead of " + std::to_string(before);
+  for (PrimitiveReport& report : list)
+    if (report.skipped.empty()) report.skipped = reason;
+  return list;
+}
+
+// may_shrink: patches may take more than they save, because they are to be condensed.
 Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const EncodeDocumentOptions& wanted,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
-                                                       const Progress& progress,
-                                                       const OutOfCoreOptions& limits) {
+                                                       const Progress& progress, const OutOfCoreOptions& limits,
+                                                       bool may_shrink) {
   const bool repeats_points = document.spooled && document.spooled->are_repeated;
   EncodeDocumentOptions options = wanted;
   options.keep_duplicates = wanted.keep_duplicates && !repeats_points;
@@ -369,11 +433,20 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
   if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
   std::vector<EncodeJob>& jobs = read->jobs;
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
-  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    jobs[i].options.patch_count = counts[i];
+    jobs[i].options.most_split_percent = options.asks_for_patches() ? 0 : kMostSplitPercent;
+    jobs[i].options.shares_tables = options.condenses();
+  }
   encode_jobs(jobs, document.from_draco, pool, progress);
   std::vector<SharedSizes> may_grow;
-  if (Status status = leave_what_would_grow(document, options, jobs, may_grow, reports); !status.ok())
+  ExpectedGain gain;
+  if (Status status = leave_what_would_grow(document, options, may_shrink, jobs, may_grow, gain, reports);
+      !status.ok())
     return status;
+  std::optional<Document> before;
+  if (gain.is_doubtful() && dropped->of_primitive.empty() && !document.spooled && !document.from_draco)
+    before = document;
   if (options.condenses())
     if (Status status = join_points(document, options, jobs, pool); !status.ok()) return status;
   for (EncodeJob& job : jobs)
@@ -388,6 +461,14 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
   if (status.ok() && options.condenses())
     status = condense_output(document, origins, jobs, options, pool, reports);
   if (!status.ok()) return status;
+  if (before) {
+    const uint64_t bytes_before = glb_bytes(*before), bytes = glb_bytes(document);
+    if (bytes > bytes_before) {
+      document = std::move(*before);
+      if (may_shrink) return encode_geometry(document, wanted, backend, pool, progress, limits, false);
+      return leave_asset(document, *read, bytes_before, bytes);
+    }
+  }
   warn_of_growth(may_grow, reports);
   return std::move(reports).list();
 }
@@ -403,7 +484,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     return wrong_usage("coarse primitives are for loaders without patches, and Compat::kKhr writes none");
   if (!(options.coarse_share >= 0 && options.coarse_share <= 1))
     return wrong_usage("coarse_share is not between 0 and 1");
-  auto reports = encode_geometry(document, options, backend, pool, progress, limits);
+  auto reports = encode_geometry(document, options, backend, pool, progress, limits, options.condenses());
   if (!reports) return reports;
   join_draco_extensions(document);
   // Loaders of stock Draco would show the coarse primitives.

@@ -34,6 +34,9 @@ enum class Compat { kNone, kKhr };
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
 
+// What patches may take more than one stream, in percent, if nobody asks for them.
+inline constexpr uint32_t kMostSplitPercent = 3;
+
 struct EncodeDocumentOptions {
   PatchTarget patches{};
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
@@ -78,6 +81,8 @@ struct EncodeDocumentOptions {
     if (patches.most > 0) return patches.most;
     return compat == Compat::kKhr ? kMostPatchPrimitives : UINT64_MAX;
   }
+  // Whether patches may cost what they cost. Otherwise kMostSplitPercent limits it.
+  bool asks_for_patches() const { return patches.is_given() || patches.min_faces > 0; }
   bool condenses() const { return condense && compat == Compat::kNone; }
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   // By which they are chosen if not by the edges.

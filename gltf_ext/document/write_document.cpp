@@ -54,6 +54,14 @@ Status write_gltf(const Document& document, PackedDocument& packed, const fs::pa
 
 }  // namespace
 
+uint64_t glb_bytes(const Document& document) {
+  PackedDocument packed = pack_buffers(document, /*fallback_apart=*/false);
+  list_buffers(packed);
+  const std::string text = json_line(packed.json);
+  const auto head = glb_head(text, packed.bytes.size());
+  return head ? head->size() + packed.bytes.size() : UINT64_MAX;
+}
+
 Status write_document(const Document& document, const fs::path& path, const WriteOptions& options,
                       WriteReport* report) {
   const bool to_stdout = path == "-";

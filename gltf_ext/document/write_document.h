@@ -33,6 +33,9 @@ struct WriteReport {
   uint64_t image_bytes = 0;  // of embedded and copied images; every file counts once
 };
 
+// The bytes of a GLB of the document whose images stay where they are.
+PSPLIT_EXPORT uint64_t glb_bytes(const Document& document);
+
 // The extension of `path` gives the format: .glb, or .gltf with its .bin beside it; "-" writes a GLB to stdout.
 // The file appears whole or not at all: it is written under another name and then renamed. A .bin is named
 // after its content, so that a .gltf and its .bin change together. If a .gltf is replaced, its old .bin files

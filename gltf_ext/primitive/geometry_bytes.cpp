@@ -111,7 +111,7 @@ std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& grou
   return result;
 }
 
-uint64_t GeometryOwners::bytes_of(const Groups& groups) const {
+GeometryOwners::Freed GeometryOwners::freed_by(const Groups& groups) const {
   const AssetRecords& records = document_.records();
   std::map<int64_t, size_t> accessor_uses, view_uses;
   for (const PrimitiveGroup* group : groups) {
@@ -124,22 +124,24 @@ uint64_t GeometryOwners::bytes_of(const Groups& groups) const {
     return found != users.end() && found->second == uses;
   };
   const std::map<int64_t, size_t> streams = view_uses;
+  Freed freed;
   std::vector<const AccessorRecord*> accessors;
   for (const auto& [index, uses] : accessor_uses) {
     if (!is_owned(accessor_users_, index, uses)) continue;
     accessors.push_back(&records.accessor(index));
+    freed.accessors.insert(index);
     for_each_view(*accessors.back(), [&](int64_t view) { ++view_uses[view]; });
   }
-  uint64_t bytes = 0;
+  for (const auto& [view, uses] : view_uses)
+    if (is_owned(view_users_, view, uses)) freed.views.insert(view);
   for (const AccessorRecord* accessor : accessors) {
     bool goes = true;
-    for_each_view(*accessor,
-                  [&](int64_t view) { goes = goes && is_owned(view_users_, view, view_uses[view]); });
-    if (goes) bytes += records.file_bytes(*accessor);
+    for_each_view(*accessor, [&](int64_t view) { goes = goes && freed.views.contains(view); });
+    if (goes) freed.bytes += records.file_bytes(*accessor);
   }
   for (const auto& [view, uses] : streams)
-    if (is_owned(view_users_, view, view_uses[view])) bytes += records.view(view).file_bytes();
-  return bytes;
+    if (freed.views.contains(view)) freed.bytes += records.view(view).file_bytes();
+  return freed;
 }
 
 }  // namespace psplit

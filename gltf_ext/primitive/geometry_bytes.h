@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -32,7 +33,14 @@ class GeometryOwners {
 
   // The bytes that the document would lose with these geometries and their morph targets. Accessors and buffer
   // views that other objects use stay, whole.
-  uint64_t bytes_of(const Groups& groups) const;
+  uint64_t bytes_of(const Groups& groups) const { return freed_by(groups).bytes; }
+
+  // What these are, too. An accessor that data of other objects share a view with goes, and its view stays.
+  struct Freed {
+    std::set<int64_t> accessors, views;
+    uint64_t bytes = 0;
+  };
+  Freed freed_by(const Groups& groups) const;
 
  private:
   const Document& document_;

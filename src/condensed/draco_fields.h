@@ -89,8 +89,8 @@ Expected<DracoFields> read_fields(std::span<const uint8_t> stream);
 
 // Returns the stream that libdraco's encoder writes for these fields. Does not use possible_levels, nor
 // `symbols` of a valence traversal. The fields may be anything: an error, kInvalidInput, says that they
-// contradict each other. Thread-safe.
-Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields);
+// contradict each other. `table_bytes` gets how many of the bytes are tables of probabilities. Thread-safe.
+Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields, size_t* table_bytes = nullptr);
 
 // Fills symbol_lists of a valence traversal from vertex_count, face_count, symbol_count, symbols, split_events
 // and start_faces. Errors: kInvalidInput if they do not form a mesh.

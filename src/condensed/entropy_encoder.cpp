@@ -112,12 +112,15 @@ void write_state(uint32_t state, std::vector<uint8_t>& block) {
   for (uint32_t i = 0; i < bytes; ++i) block.push_back(static_cast<uint8_t>(state >> 8 * i));
 }
 
-// Writes the table of the symbols and a block of rANS, which codes the last symbol first.
-void write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, uint32_t symbol_bits,
-                std::vector<uint8_t>& out) {
+// Writes the table of the symbols and a block of rANS, which codes the last symbol first. Returns the bytes of
+// the table.
+size_t write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, uint32_t symbol_bits,
+                  std::vector<uint8_t>& out) {
   const uint32_t precision = std::clamp(3 * symbol_bits / 2, 12u, 20u);
   normalize(entries, symbols.size(), precision);
+  const size_t before = out.size();
   write_table(entries, out);
+  const size_t table_bytes = out.size() - before;
   std::vector<uint32_t> entry_of(size_t{entries.back().symbol} + 1);
   for (uint32_t i = 0; i < entries.size(); ++i) entry_of[entries[i].symbol] = i;
   const uint32_t base = 4u << precision;
@@ -131,6 +134,7 @@ void write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, 
   }
   write_state(state - base, block);
   append_block(block, out);
+  return table_bytes;
 }
 
 constexpr uint32_t kMostRawBits = 18;
@@ -174,9 +178,9 @@ void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
   append_block(block, out);
 }
 
-void encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
-                    std::vector<uint8_t>& out) {
-  if (symbols.empty()) return;
+size_t encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+                      std::vector<uint8_t>& out) {
+  if (symbols.empty()) return 0;
   std::vector<uint32_t> tags(symbols.size() / components);  // the bits of the largest value of each group
   uint32_t max_symbol = 0;
   int64_t value_bits = 0;
@@ -205,16 +209,16 @@ void encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int 
   if (!is_tagged) {
     const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), max_symbol, level);
     out.push_back(static_cast<uint8_t>(symbol_bits));
-    write_rans(symbols, entries, symbol_bits, out);
-    return;
+    return write_rans(symbols, entries, symbol_bits, out);
   }
-  write_rans(tags, tag_entries, kTagBits, out);
+  const size_t table_bytes = write_rans(tags, tag_entries, kTagBits, out);
   BitStringWriter values;
   for (size_t group = 0; group < tags.size(); ++group)
     for (const uint32_t symbol : symbols.subspan(group * components, components))
       values.bits(symbol, tags[group]);
   const std::vector<uint8_t> bytes = values.take();
   out.insert(out.end(), bytes.begin(), bytes.end());
+  return table_bytes;
 }
 
 uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits) {

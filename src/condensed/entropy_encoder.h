@@ -31,9 +31,10 @@ void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out);
 
 // Writes symbols in groups of `components`, which divides their number, with the coding that libdraco's encoder
 // takes at this level. Writes nothing if there are no symbols. Symbols that libdraco's encoder cannot write are
-// tagged, which every decoder reads: more than 2^18 - 1 different ones, or symbols of 32 bits.
-void encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
-                    std::vector<uint8_t>& out);
+// tagged, which every decoder reads: more than 2^18 - 1 different ones, or symbols of 32 bits. Returns how many
+// of the bytes are a table of probabilities.
+size_t encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+                      std::vector<uint8_t>& out);
 
 // The levels, a bit for each, at which libdraco's encoder writes `symbol_bits` to a stream of these symbols
 // with the raw coding. That byte is the only effect of the level; the precision follows from it.

@@ -26,6 +26,8 @@ class FieldsWriter {
     return std::move(out_);
   }
 
+  size_t table_bytes() const { return table_bytes_; }
+
   Literals& literals() { return literals_; }
 
   Status counts() {
@@ -68,7 +70,7 @@ class FieldsWriter {
     if (!next_attribute() || attribute().count != count || attribute().components != components ||
         attribute().symbols.size() != uint64_t{count} * components)
       return contradiction();
-    encode_symbols(attribute().symbols, components, fields_.symbol_level, out_);
+    table_bytes_ += encode_symbols(attribute().symbols, components, fields_.symbol_level, out_);
     return {};
   }
 
@@ -138,7 +140,7 @@ class FieldsWriter {
     for (const std::vector<uint8_t>& list : fields_.symbol_lists) {
       append_varint(list.size(), out_);
       const std::vector<uint32_t> symbols(list.begin(), list.end());
-      encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_);
+      table_bytes_ += encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_);
     }
   }
 
@@ -149,10 +151,16 @@ class FieldsWriter {
   Literals literals_;
   std::vector<uint8_t> out_;
   size_t attribute_count_ = 0;  // those that are written or being written
+  size_t table_bytes_ = 0;
 };
 
 }  // namespace
 
-Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields) { return FieldsWriter(fields).write(); }
+Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields, size_t* table_bytes) {
+  FieldsWriter writer(fields);
+  Expected<std::vector<uint8_t>> bytes = writer.write();
+  if (table_bytes != nullptr) *table_bytes = writer.table_bytes();
+  return bytes;
+}
 
 }  // namespace psplit
