@@ -6,10 +6,12 @@
 #include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
+#include "gltf_ext/convert/stock_rules.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/container/claims.h"
+#include "src/cpu/checked_decode.h"
 
 namespace psplit {
 namespace {
@@ -37,17 +39,20 @@ void remove_extensions(Document& document, const PrimitiveGroup& group) {
 class DocumentDecoder {
  public:
   DocumentDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,
-                  const ThreadPool& pool, const Progress& progress, const MemoryLimit& limit)
+                  const ThreadPool& pool, const Progress& progress, const MemoryLimit& limit,
+                  std::vector<Finding>* corrections)
       : document_(document),
         groups_(groups),
         backend_(backend),
         pool_(pool),
         progress_(progress),
         limit_(limit),
+        corrections_(corrections),
         is_too_large_(limit.bytes > 0 && !stated_bytes(document).fit_into(limit)) {}
 
   Status run() {
     if (groups_.empty()) {
+      if (Status status = check(); !status.ok()) return status;
       drop_coarse_primitives(document_);
       return {};
     }
@@ -79,6 +84,7 @@ class DocumentDecoder {
     std::vector<AttributeRequest> requests;
     uint32_t point_count = 0, face_count = 0;
     std::optional<PatchContainer> container;  // decoded in place
+    std::vector<StreamFindings> streams;      // what is wrong with its streams; empty if they are not checked
     Mesh mesh;                                // without a container: waits here,
     uint64_t waits_at = 0;                    // or, laid out, in waiting_
     LaidOutMesh laid_out;
@@ -106,9 +112,19 @@ class DocumentDecoder {
     item.face_count = container->face_count();
     Status claims = check_results(item.point_count, item.face_count, item.requests, container->bytes.size());
     if (!claims.ok()) return std::move(claims).at(place_of(document_, item.id));
-    if (std::ranges::all_of(item.requests, is_written_as_stored)) item.container = std::move(*container);
+    if (std::ranges::all_of(item.requests, is_written_as_stored)) {
+      if (checks_streams()) item.streams.resize(container->entries.size());
+      item.container = std::move(*container);
+    } else if (checks_streams()) {
+      Expected<CheckedMesh> checked = decode_checked(*container, item.requests, pool_);
+      if (!checked) return checked.status().at(place_of(document_, item.id));
+      item.streams = std::move(checked->streams);
+    }
     return {};
   }
+
+  // The CPU's decoder keeps copies of points, so it takes containers unless the caller asks for another one.
+  bool checks_streams() const { return is_too_large_ || (backend_.name != "cuda" && backend_.name != "draco"); }
 
   Status decode_whole(std::span<Item* const> items) {
     std::vector<PrimitiveId> ids;
@@ -126,6 +142,9 @@ class DocumentDecoder {
     if (!is_in_patches(document_, item.id)) {
       const auto morphs = read_morph_targets(document_, item.id, mesh.point_count);
       if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
+      if (corrections_ != nullptr)
+        std::ranges::move(check_stock_counts(document_, item.id, view_of(mesh)),
+                          std::back_inserter(*corrections_));
     }
     const PrimitiveRecord& primitive = document_.records().primitive(item.id);
     std::erase_if(mesh.attributes, [&](const Attribute& a) {
@@ -213,19 +232,19 @@ class DocumentDecoder {
   }
 
   Status decode_windows() {
-    for (const Item& item : items_) {
+    for (Item& item : items_) {
       if (!item.container) continue;
-      Status status =
-          decode_into_file(*item.container, item.requests, item.laid_out, limit_, pool_, progress_of(1));
+      Status status = decode_into_file(*item.container, item.requests, item.laid_out, limit_, pool_,
+                                       progress_of(1), &item.streams);
       if (!status.ok()) return std::move(status).at(place_of(document_, item.id));
     }
     return {};
   }
 
   Status decode_in_place() {
-    std::vector<const Item*> items;
+    std::vector<Item*> items;
     std::vector<DecodeTask> tasks;
-    for (const Item& item : items_) {
+    for (Item& item : items_) {
       if (!item.container) continue;
       items.push_back(&item);
       tasks.push_back({&*item.container, item.requests});
@@ -234,7 +253,16 @@ class DocumentDecoder {
       return items[i]->laid_out.buffers;
     };
     if (tasks.empty()) return {};
-    std::vector<Status> statuses = backend_.decode_into(tasks, buffers, pool_, {progress_of(tasks.size())});
+    const Watch watch{progress_of(tasks.size())};
+    std::vector<Status> statuses;
+    if (checks_streams()) {
+      std::vector<CheckedTask> checked;
+      for (size_t i = 0; i < tasks.size(); ++i)
+        checked.push_back({tasks[i], items[i]->laid_out.buffers, &items[i]->streams});
+      statuses = decode_checked_into(checked, pool_, watch);
+    } else {
+      statuses = backend_.decode_into(tasks, buffers, pool_, watch);
+    }
     for (size_t i = 0; i < tasks.size(); ++i)
       if (!statuses[i].ok()) return std::move(statuses[i]).at(place_of(document_, items[i]->id));
     return {};
@@ -243,12 +271,14 @@ class DocumentDecoder {
   Status check() const {
     std::vector<PrimitiveId> patched;
     std::vector<MeshView> views;
+    std::vector<std::vector<StreamFindings>> streams;
     for (const Item& item : items_) {
       if (!is_in_patches(document_, item.id)) continue;
       patched.push_back(item.id);
       views.push_back(item.laid_out.view);
+      streams.push_back(item.streams);
     }
-    return check_decoded(document_, patched, views);
+    return check_decoded(document_, patched, views, streams, backend_, pool_);
   }
 
   void edit() {
@@ -279,6 +309,7 @@ class DocumentDecoder {
   const ThreadPool& pool_;
   const Progress& progress_;
   const MemoryLimit& limit_;
+  std::vector<Finding>* const corrections_;
   const bool is_too_large_;
   std::vector<Item> items_;
   size_t items_done_ = 0;
@@ -291,7 +322,7 @@ class DocumentDecoder {
 }  // namespace
 
 Status decode_document(Document& document, const DecodeBackend& backend, const ThreadPool& pool,
-                       const Progress& progress, const MemoryLimit& limit) {
+                       const Progress& progress, const MemoryLimit& limit, std::vector<Finding>* corrections) {
   if (Status status = document.check(); !status.ok()) return status;
   make_meshopt_views_plain(document);
   std::vector<PrimitiveId> wanted;
@@ -306,7 +337,7 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     }
   }
   const std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  return DocumentDecoder(document, groups, backend, pool, progress, limit).run();
+  return DocumentDecoder(document, groups, backend, pool, progress, limit, corrections).run();
 }
 
 }  // namespace psplit

@@ -416,9 +416,7 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
   const bool repeats_points = document.spooled && document.spooled->are_repeated;
   EncodeDocumentOptions options = wanted;
   options.keep_duplicates = wanted.keep_duplicates && !repeats_points;
-  // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
-  if (options.compat == Compat::kNone)
-    if (Status status = check_patches(document, backend, pool); !status.ok()) return status;
+  if (Status status = check_patches(document, pool); !status.ok()) return status;
   const Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
   if (!dropped) return dropped.status();
   // The temporary files of a mesh file have one primitive. Their space goes as soon as it can.

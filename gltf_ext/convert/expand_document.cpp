@@ -98,10 +98,11 @@ std::map<int64_t, Users> users_of_views(const Document& document) {
 
 }  // namespace
 
-Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool) {
+Expected<ExpandReport> expand_document(Document& document, const DecodeBackend& backend,
+                                       const ThreadPool& pool) {
   ExpandReport report;
   if (Status status = document.check(); !status.ok()) return status;
-  if (Status status = check_patches(document, cpu_backend(), pool); !status.ok()) return status;
+  if (Status status = check_document(document, backend, pool); !status.ok()) return status;
   const std::map<int64_t, Users> users_of = users_of_views(document);
   std::map<int64_t, Expanded> expanded_of;  // by buffer view
   std::vector<PrimitiveId> become_draco;

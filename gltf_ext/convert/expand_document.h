@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gltf_ext/document/document.h"
+#include "src/container/decode_backend.h"
 #include "src/export.h"
 #include "src/parallel.h"
 
@@ -19,8 +20,9 @@ struct ExpandReport {
 // so it needs a primitive without a fallback, morph targets or other attributes. All others become containers
 // of Draco streams. Streams are those that libdraco's encoder wrote, bit for bit. Nothing else in the document
 // changes, except the lists of used extensions: it is what the encoder would have made without condensing. All
-// that is written is decoded once: what decode_document refuses is refused here. After an error the document is
-// unusable.
-PSPLIT_EXPORT Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool);
+// primitives are decoded once, by `backend`, and what is written by the CPU: what decode_document refuses is
+// refused here. After an error the document is unusable.
+PSPLIT_EXPORT Expected<ExpandReport> expand_document(Document& document, const DecodeBackend& backend,
+                                                     const ThreadPool& pool);
 
 }  // namespace psplit

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gltf_ext/convert/check_values.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
@@ -26,6 +27,7 @@ class PrimitiveChecker {
  public:
   PrimitiveChecker(const Document& document, PrimitiveId id)
       : document_(document),
+        id_(id),
         records_(document.records()),
         primitive_(records_.primitive(id)),
         place_(place_of(document, id)),
@@ -34,12 +36,13 @@ class PrimitiveChecker {
     if (!stored_) report("members", stored_.status());
   }
 
-  void decode_and_check(const DecodeBackend& backend, const ThreadPool& pool, const MemoryLimit& limit) {
+  void decode_and_check(const DecodeBackend& backend, const ThreadPool& pool, const MemoryLimit& limit,
+                        ValueWarnings warnings) {
     if (!stored_) return;
     const Expected<PatchContainer> container = open_container(stored_->bytes);
     if (!container)
       return report(check_directory(stored_->bytes).ok() ? "decode" : "container", container.status());
-    if (must_be_in_file(*container, limit)) return check_in_file(*container, pool, limit);
+    if (must_be_in_file(*container, limit)) return check_in_file(*container, pool, limit, warnings);
     Expected<CheckedMesh> checked = decode_checked(*container, stored_->requests, pool);
     if (backend.name != "cpu") {
       Expected<Mesh> mesh = backend.decode(*container, stored_->requests, pool);
@@ -51,6 +54,7 @@ class PrimitiveChecker {
     check(mesh);
     report(checked->streams);
     check_boxes(*container, mesh, pool);
+    if (warnings == ValueWarnings::kAll) warn_of_values(mesh);
   }
 
   void check(const MeshView& mesh) {
@@ -76,6 +80,13 @@ class PrimitiveChecker {
     check_indices(mesh);
   }
 
+  void report(std::span<const StreamFindings> streams) {
+    for (const StreamFindings& stream : streams) {
+      if (!stream.types.ok()) report("attribute-type", stream.types);
+      if (!stream.copies.ok()) report("copies", stream.copies);
+    }
+  }
+
   std::vector<Finding> findings() && { return std::move(findings_); }
 
  private:
@@ -87,21 +98,27 @@ class PrimitiveChecker {
   }
 
   // The mesh is in a temporary file, and is never in memory as a whole.
-  void check_in_file(const PatchContainer& container, const ThreadPool& pool, const MemoryLimit& limit) {
+  void check_in_file(const PatchContainer& container, const ThreadPool& pool, const MemoryLimit& limit,
+                     ValueWarnings warnings) {
     std::vector<StreamFindings> streams(container.entries.size());
     const Expected<MeshInFile> mesh = decode_to_file(container, stored_->requests, limit, pool, &streams);
     if (!mesh) return report("decode", mesh.status());
     check(mesh->laid_out.view);
     report(streams);
     check_boxes(container, mesh->laid_out.view, pool);
+    if (warnings == ValueWarnings::kAll) warn_of_values(mesh->laid_out.view);
+  }
+
+  void warn_of_values(const MeshView& mesh) {
+    std::ranges::move(check_values(document_, id_, mesh), std::back_inserter(findings_));
   }
 
   void check_boxes(const PatchContainer& container, const MeshView& mesh, const ThreadPool& pool) {
     const Expected<std::vector<PatchBox>> boxes = patch_boxes(container);
-    if (!boxes) return report("boxes", boxes.status());
+    if (!boxes) return report_box(boxes.status());
     const ValuesView* const positions = mesh.find("POSITION");
     if (boxes->empty() || positions == nullptr) return;
-    if (positions->component_count != 3) return report("boxes", "boxes of patches without positions");
+    if (positions->component_count != 3) return report_box(invalid_input("boxes of patches without positions"));
     // The mesh may be in a mapped file: what a step has read leaves the memory.
     constexpr uint32_t kStepFaces = 1 << 20;
     const auto count = static_cast<uint32_t>(boxes->size());
@@ -121,14 +138,13 @@ class PrimitiveChecker {
     }
     for (uint32_t i = 0; i < count; ++i)
       if (const std::optional<size_t> axis = axis_outside((*boxes)[i], wanted[i]))
-        report("boxes", invalid_input(describe_miss((*boxes)[i], wanted[i], *axis), {.patch = i}));
+        report_box(invalid_input(describe_miss((*boxes)[i], wanted[i], *axis), {.patch = i}));
   }
 
-  void report(std::span<const StreamFindings> streams) {
-    for (const StreamFindings& stream : streams) {
-      if (!stream.types.ok()) report("attribute-type", stream.types);
-      if (!stream.copies.ok()) report("copies", stream.copies);
-    }
+  // No mesh is wrong because of a box, so no reader refuses it.
+  void report_box(const Status& status) {
+    report("boxes", status);
+    findings_.back().only_validated = true;
   }
   void report(const char* rule, std::string message, bool error = true) {
     findings_.push_back({rule, std::move(message), place_, error});
@@ -213,6 +229,7 @@ class PrimitiveChecker {
   }
 
   const Document& document_;
+  const PrimitiveId id_;
   const AssetRecords& records_;
   const PrimitiveRecord& primitive_;
   const Place place_;
@@ -229,15 +246,17 @@ bool is_too_large_to_check(const Document& document, PrimitiveId id, const Memor
 
 std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,
                                              const DecodeBackend& backend, const ThreadPool& pool,
-                                             const MemoryLimit& limit) {
+                                             const MemoryLimit& limit, ValueWarnings warnings) {
   PrimitiveChecker checker(document, id);
-  checker.decode_and_check(backend, pool, limit);
+  checker.decode_and_check(backend, pool, limit, warnings);
   return std::move(checker).findings();
 }
 
-std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh) {
+std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh,
+                                             std::span<const StreamFindings> streams) {
   PrimitiveChecker checker(document, id);
   checker.check(mesh);
+  checker.report(streams);
   return std::move(checker).findings();
 }
 

@@ -291,21 +291,6 @@ void round_job_weights(EncodeJob& job) {
   round_weights(job.mesh, job.codings);
 }
 
-// Primitives in patches are checked whole before they are encoded again, on the meshes that encoding needs
-// anyway.
-Status check_patched(const Document& document, const std::vector<PrimitiveId>& ids,
-                     const std::vector<Expected<Mesh>>& meshes) {
-  std::vector<PrimitiveId> patched;
-  std::vector<MeshView> decoded;
-  for (size_t i = 0; i < ids.size(); ++i) {
-    if (document.records().primitive(ids[i]).storage() != PrimitiveStorage::kPatches) continue;
-    if (!meshes[i]) return meshes[i].status();
-    patched.push_back(ids[i]);
-    decoded.push_back(view_of(*meshes[i]));
-  }
-  return patched.empty() ? Status() : check_decoded(document, patched, decoded);
-}
-
 // What the accessors state.
 ExpectedSizes stated_size(const Document& document, PrimitiveId id) {
   const AssetRecords& records = document.records();
@@ -534,7 +519,6 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
   for (const PrimitiveGroup& group : groups)
     if (is_compressed(group)) compressed.push_back(group.ids.front());
   std::vector<Expected<Mesh>> decoded = read_primitives(document, compressed, backend, pool);
-  if (Status status = check_patched(document, compressed, decoded); !status.ok()) return status;
   auto next_decoded = decoded.begin();
   for (PrimitiveGroup& group : groups) {
     EncodeJob job;

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 
+#include "gltf_ext/convert/check_values.h"
+#include "gltf_ext/convert/stock_rules.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "gltf_ext/primitive/view_in_place.h"
+#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {
@@ -15,7 +18,7 @@ namespace {
 // rule                what it checks
 // ------------------  ----------------------------------------------------------------------------------
 // extension-used      extensionsUsed lists the extension if a primitive has it
-// extension-required  extensionsRequired lists it if a primitive has no fallback
+// extension-required  extensionsRequired lists it if a primitive has no fallback (a warning for stock Draco)
 // extension-unused    a list names the extension, but no primitive has it (warning)
 // mode                a primitive in patches is a triangle list
 // members             bufferView and attributes exist and refer to existing objects
@@ -32,7 +35,16 @@ namespace {
 // attribute-extra     an attribute of the primitive is not in the patches (warning)
 // geometry            data outside of patches can be read: accessors, indices, stock Draco, morph targets
 // coarse              coarse primitives can be read, have as many morph targets, and are not in patches
+// target-count        morph targets of lines and points have as many values as the primitive (warning)
+// finite              values are neither infinite nor NaN (warning)
+// unit-normals        normals are unit vectors (warning)
+// weights-sum         the weights of a point sum to one (warning)
+// joints-range        joints are joints of the skin (warning)
 // linked-file         the file of an image or an extension exists, at a relative path (warning)
+//
+// The rules for stock Draco are extension-used, extension-required, mode, members, exclusion, attribute-type,
+// accessor-count, accessor-bounds and index-type: loaders differ in what they make of such an asset, so these
+// are errors. decode_document does not need what the accessors state, so it corrects them, and says so.
 //
 // gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification.
 
@@ -45,33 +57,82 @@ bool has_patches(const Document& document, PrimitiveId id) {
   return document.records().primitive(id).patches.has_value();
 }
 
+// What the lists must say of one of the two Draco extensions.
+struct ExtensionUse {
+  bool any = false, any_without_fallback = false;
+};
+
 void check_lists(const Document& document, std::vector<Finding>& findings) {
-  const auto report = [&](const char* rule, const char* message, bool error = true) {
-    findings.push_back({rule, message, {.file = document.source.string()}, error});
+  const auto report = [&](const char* rule, const std::string& message, bool error, bool only_validated) {
+    Place place{.file = document.source.string()};
+    findings.push_back({rule, message, std::move(place), error, StatusCode::kInvalidInput, only_validated});
   };
-  bool any = false;
-  for (size_t i = 0; i < array_size(document.json(), "meshes"); ++i)
-    any |= other_primitives(document.json()["meshes"][i]) != nullptr;
-  std::vector<PrimitiveId> patched = all_primitives(document);
-  std::erase_if(patched, [&](PrimitiveId id) { return !has_patches(document, id); });
-  any |= !patched.empty();
-  const bool used = lists(document.json(), "extensionsUsed", kExtensionName);
-  const bool required = lists(document.json(), "extensionsRequired", kExtensionName);
-  if (any && !used) report("extension-used", "extensionsUsed does not list the extension");
-  if (!required && !all_have_fallbacks(document, patched))
-    report("extension-required",
-           "a primitive has no fallback, but extensionsRequired does not list the extension");
-  if (!any && (used || required))
-    report("extension-unused", "the extension is listed, but nothing uses it", false);
+  ExtensionUse patches, stock;
+  for (size_t i = 0; i < array_size(document.json(), "meshes"); ++i) {
+    const Json* const coarse = other_primitives(document.json()["meshes"][i]);
+    if (coarse == nullptr) continue;
+    patches.any = true;
+    for (const Json& primitive : *coarse)
+      stock.any |= extension_field(primitive, kStockExtensionName) != nullptr;
+  }
+  for (const PrimitiveId id : all_primitives(document)) {
+    const PrimitiveStorage storage = document.records().primitive(id).storage();
+    if (storage == PrimitiveStorage::kPlain) continue;
+    ExtensionUse& use = storage == PrimitiveStorage::kPatches ? patches : stock;
+    use.any = true;
+    use.any_without_fallback |= !all_have_fallbacks(document, std::span(&id, 1));
+  }
+  const auto check = [&](const ExtensionUse& use, const char* name, const std::string& the_extension,
+                         bool only_validated) {
+    const bool used = lists(document.json(), "extensionsUsed", name);
+    const bool required = lists(document.json(), "extensionsRequired", name);
+    if (use.any && !used)
+      report("extension-used", "extensionsUsed does not list " + the_extension, true, only_validated);
+    // Real assets of stock Draco have this fault, and every loader reads them.
+    if (use.any_without_fallback && !required)
+      report("extension-required",
+             "a primitive has no fallback, but extensionsRequired does not list " + the_extension,
+             !only_validated, only_validated);
+    if (!use.any && (used || required))
+      report("extension-unused", the_extension + " is listed, but nothing uses it", false, false);
+  };
+  check(patches, kExtensionName, "the extension", false);
+  check(stock, kStockExtensionName, kStockExtensionName, true);
 }
 
-// Checks data that encode would read. Lines, points, and data that only other software knows pass through it.
-std::vector<Finding> check_geometry(const Document& document, PrimitiveId id, const DecodeBackend& backend,
-                                    const ThreadPool& pool) {
-  const Status status = check_readable(document, id, backend, pool);
-  if (status.code() != StatusCode::kInvalidInput) return {};
+// A failure to read a primitive without patches. Lines, points, and data that only other software knows pass
+// through plain primitives. Stock Draco has to be decoded.
+std::vector<Finding> unreadable(const Document& document, PrimitiveId id, const Status& status) {
+  const bool is_stock = document.records().primitive(id).storage() == PrimitiveStorage::kStockDraco;
+  if (status.ok() || (!is_stock && status.code() != StatusCode::kInvalidInput)) return {};
   return {
       {"geometry", status.message(), Status(status).at(place_of(document, id)).place(), true, status.code()}};
+}
+
+std::vector<Finding> check_geometry(const Document& document, PrimitiveId id, const DecodeBackend& backend,
+                                    const ThreadPool& pool, ValueWarnings warnings) {
+  const bool is_stock = document.records().primitive(id).storage() == PrimitiveStorage::kStockDraco;
+  // Large primitives are not copied into memory. If something is wrong, read_primitive says what.
+  std::optional<MeshView> view = valid_view_in_place(document, id);
+  Expected<Mesh> mesh = Mesh();
+  if (!view) {
+    mesh = read_primitive(document, id, backend, pool);
+    if (!mesh) {
+      std::vector<Finding> findings = unreadable(document, id, mesh.status());
+      if (findings.empty() && warnings == ValueWarnings::kAll) findings = check_target_counts(document, id);
+      return findings;
+    }
+    view = view_of(*mesh);
+  }
+  // Morph targets are plain, whatever the primitive is.
+  const Status morphs = read_morph_targets(document, id, view->point_count).status();
+  if (morphs.code() == StatusCode::kInvalidInput)
+    return {{"geometry", morphs.message(), Status(morphs).at(place_of(document, id)).place()}};
+  std::vector<Finding> findings;
+  if (warnings == ValueWarnings::kNone) return findings;
+  if (is_stock) findings = check_stock_primitive(document, id, *view);
+  std::ranges::move(check_values(document, id, *view), std::back_inserter(findings));
+  return findings;
 }
 
 // What loaders without the extension show. They see a copy of the document, in which the coarse primitives are
@@ -109,10 +170,9 @@ std::vector<Finding> check_coarse(const Document& document, const DecodeBackend&
   return findings;
 }
 
-}  // namespace
-
-std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
-                                       const ThreadPool& pool, const MemoryLimit& limit) {
+// The findings of all primitives, or only of those in patches, and of the lists.
+std::vector<Finding> find_all(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
+                              const MemoryLimit& limit, ValueWarnings warnings, bool only_patches) {
   if (const Status status = document.check(); !status.ok())
     return {{"members", status.message(), {.file = document.source.string()}, true, status.code()}};
   // Equal primitives in patches share a container, which is decoded once.
@@ -121,7 +181,7 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
   for (const PrimitiveId id : all_primitives(document)) {
     if (has_patches(document, id))
       patched.push_back(id);
-    else
+    else if (!only_patches)
       groups.push_back({{id}});
   }
   const size_t plain_count = groups.size();
@@ -129,8 +189,8 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
   std::vector<std::vector<Finding>> found(groups.size());
   const auto check = [&](size_t i) {
     const PrimitiveId id = groups[i].ids.front();
-    found[i] = i < plain_count ? check_geometry(document, id, backend, pool)
-                               : check_patched_primitive(document, id, backend, pool, limit);
+    found[i] = i < plain_count ? check_geometry(document, id, backend, pool, warnings)
+                               : check_patched_primitive(document, id, backend, pool, limit, warnings);
   };
   std::vector<size_t> large, others;
   for (size_t i = 0; i < groups.size(); ++i) {
@@ -153,6 +213,22 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
     }
   std::ranges::move(check_coarse(document, backend, pool), std::back_inserter(findings));
   check_lists(document, findings);
+  return findings;
+}
+
+Status first_refusal(std::vector<Finding> findings) {
+  for (Finding& finding : findings)
+    if (finding.is_refused())
+      return {finding.code, finding.message + " [" + finding.rule + "]", std::move(finding.place)};
+  return {};
+}
+
+}  // namespace
+
+std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
+                                       const ThreadPool& pool, const MemoryLimit& limit) {
+  std::vector<Finding> findings = find_all(document, backend, pool, limit, ValueWarnings::kAll, false);
+  if (!document.check().ok()) return findings;
   for (const LinkedFile& link : linked_files(document))
     if (std::string text = describe_dangling(link); !text.empty())
       findings.push_back({"linked-file", std::move(text), {.file = document.source.string()}, false});
@@ -169,30 +245,25 @@ Status check_readable(const Document& document, PrimitiveId id, const DecodeBack
   return read_morph_targets(document, id, mesh->point_count).status();
 }
 
-Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
-                     std::span<const MeshView> meshes) {
-  std::vector<Finding> findings;
-  for (size_t i = 0; i < ids.size(); ++i)
-    std::ranges::move(check_decoded_primitive(document, ids[i], meshes[i]), std::back_inserter(findings));
-  check_lists(document, findings);
-  for (Finding& finding : findings)
-    if (finding.error)
-      return {finding.code, finding.message + " [" + finding.rule + "]", std::move(finding.place)};
-  return {};
+Status check_document(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
+                      const MemoryLimit& limit) {
+  return first_refusal(find_all(document, backend, pool, limit, ValueWarnings::kNone, false));
 }
 
-Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool) {
-  std::vector<PrimitiveId> ids;
-  for (const PrimitiveId id : all_primitives(document))
-    if (has_patches(document, id)) ids.push_back(id);
-  if (ids.empty()) return {};
-  std::vector<MeshView> meshes;
-  const std::vector<Expected<Mesh>> read = read_primitives(document, ids, backend, pool);
-  for (const Expected<Mesh>& mesh : read) {
-    if (!mesh) return mesh.status();
-    meshes.push_back(view_of(*mesh));
-  }
-  return check_decoded(document, ids, meshes);
+Status check_patches(const Document& document, const ThreadPool& pool) {
+  return first_refusal(find_all(document, cpu_backend(), pool, {}, ValueWarnings::kNone, true));
+}
+
+Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
+                     std::span<const MeshView> meshes, std::span<const std::vector<StreamFindings>> streams,
+                     const DecodeBackend& backend, const ThreadPool& pool) {
+  std::vector<Finding> findings;
+  for (size_t i = 0; i < ids.size(); ++i)
+    std::ranges::move(check_decoded_primitive(document, ids[i], meshes[i], streams[i]),
+                      std::back_inserter(findings));
+  std::ranges::move(check_coarse(document, backend, pool), std::back_inserter(findings));
+  check_lists(document, findings);
+  return first_refusal(std::move(findings));
 }
 
 }  // namespace psplit

@@ -8,6 +8,7 @@
 #include "gltf_ext/primitive/memory_limit.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "src/cpu/checked_decode.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -21,6 +22,10 @@ struct Finding {
   // Or kUnsupported: this decoder cannot tell whether it is valid. All other codes are of failures that say
   // nothing about the asset, such as a full disk.
   StatusCode code = StatusCode::kInvalidInput;
+  // Whether this rule is only the validator's: decode_document corrects what is wrong, or does not need it.
+  bool only_validated = false;
+
+  bool is_refused() const { return error && !only_validated; }
 };
 
 // The first failure that kept a check from its end; ok if there is none.
@@ -41,28 +46,38 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                       const ThreadPool& pool);
 
-// The first error of all rules, except those that need each stream ("attribute-type" and "copies") and "boxes",
-// which no reader may refuse. meshes[i] is the decoded mesh of primitive ids[i], which is in patches: so a
-// caller that reads the meshes checks them without decoding them again.
-Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
-                     std::span<const MeshView> meshes);
+// The first error for which decode_document, encode_document and expand_document refuse a document: for callers
+// that do not need its meshes. Decodes every primitive once.
+Status check_document(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
+                      const MemoryLimit& limit = {});
 
-// Decodes all primitives in patches, and checks them with check_decoded: for commands that pass them on
-// unchanged. The meshes are not kept.
-Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool);
+// The same of primitives in patches alone.
+Status check_patches(const Document& document, const ThreadPool& pool);
+
+// The same for a caller that has decoded the meshes: meshes[i] is that of primitive ids[i], which is in
+// patches, and streams[i] has the findings of its streams; empty if there are none. `backend` decodes coarse
+// primitives.
+Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
+                     std::span<const MeshView> meshes, std::span<const std::vector<StreamFindings>> streams,
+                     const DecodeBackend& backend, const ThreadPool& pool);
+
+// Whether values of meshes are checked as well (check_values.h), and what stock Draco's accessors state.
+enum class ValueWarnings { kNone, kAll };
 
 // Checks a primitive in patches by every rule. Each stream is decoded once, by the CPU's decoder. If `backend`
 // is another one, it decodes the container too, and the rules for decoded data are checked on its mesh. If the
 // mesh is too large for `limit`, only the CPU decodes it, into a temporary file.
 std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,
                                              const DecodeBackend& backend, const ThreadPool& pool,
-                                             const MemoryLimit& limit = {});
+                                             const MemoryLimit& limit = {},
+                                             ValueWarnings warnings = ValueWarnings::kAll);
 
 // Whether check_patched_primitive would put the mesh into a temporary file, if its JSON is right.
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit);
 
-// Checks a primitive in patches by all rules except "attribute-type", "copies" and "boxes".
-// `mesh` is its decoded mesh, and may have more attributes than the patches.
-std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh);
+// Checks a primitive in patches by all rules except "boxes". `mesh` is its decoded mesh, and may have more
+// attributes than the patches.
+std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh,
+                                             std::span<const StreamFindings> streams = {});
 
 }  // namespace psplit

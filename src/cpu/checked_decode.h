@@ -26,4 +26,15 @@ struct CheckedMesh {
 Expected<CheckedMesh> decode_checked(const PatchContainer& container,
                                      std::span<const AttributeRequest> requests, const ThreadPool& pool);
 
+// A container and the caller's memory for its mesh. `findings` has an element for each stream.
+struct CheckedTask {
+  DecodeTask task;
+  PrimitiveBuffers buffers;
+  std::vector<StreamFindings>* findings;
+};
+// The same for several containers, into the caller's memory: what decode_into of cpu_backend does. Returns a
+// status for each task.
+std::vector<Status> decode_checked_into(std::span<const CheckedTask> tasks, const ThreadPool& pool,
+                                        const Watch& watch);
+
 }  // namespace psplit

@@ -289,4 +289,23 @@ Expected<CheckedMesh> decode_checked(const PatchContainer& container,
   return result;
 }
 
+std::vector<Status> decode_checked_into(std::span<const CheckedTask> tasks, const ThreadPool& pool,
+                                        const Watch& watch) {
+  size_t streams = 0;
+  std::vector<size_t> order;  // the largest first, so that no thread begins one when all others are done
+  for (const CheckedTask& task : tasks) {
+    streams += task.task.container->entries.size();
+    order.push_back(order.size());
+  }
+  const auto size_of = [&](size_t i) { return tasks[i].task.container->bytes.size(); };
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return size_of(a) > size_of(b); });
+  Steps steps(watch, streams);
+  std::vector<Status> statuses(tasks.size());
+  pool.for_each(order.size(), [&](size_t place) {
+    const auto& [task, buffers, findings] = tasks[order[place]];
+    statuses[order[place]] = ContainerDecoder(task, buffers, pool, steps, findings).decode();
+  });
+  return statuses;
+}
+
 }  // namespace psplit

@@ -276,7 +276,7 @@ TEST(Coarse, OtherVerbsKeepThem) {
   Document condensed = document;
   must(condense_document(condensed, std::vector<PrimitiveId>{{0, 0}}, {}, test_pool()).status());
   check(condensed);
-  must(expand_document(condensed, test_pool()).status());
+  must(expand_document(condensed, cpu_backend(), test_pool()).status());
   check(condensed);
   Document again = document;
   EncodeDocumentOptions none;

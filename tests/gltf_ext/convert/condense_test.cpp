@@ -67,7 +67,7 @@ TEST(Condense, PatchesExpandToThoseOfDraco) {
   EXPECT_EQ(without_views(condensed), without_views(plain));
   EXPECT_EQ(findings_of(condensed, cpu_backend()), "");
 
-  const auto report = must(expand_document(condensed, test_pool()));
+  const auto report = must(expand_document(condensed, cpu_backend(), test_pool()));
   EXPECT_EQ(report.to_patches, 1u);
   EXPECT_EQ(report.to_draco, 0u);
   EXPECT_LT(report.bytes_before, report.bytes_after);
@@ -82,7 +82,7 @@ TEST(Condense, APrimitiveThatStaysWholeBecomesOnePatchAndExpandsToStockDraco) {
   ASSERT_TRUE(encode_with(condensed, condensing()).ok());
   EXPECT_TRUE(is_condensed(condensed));
   EXPECT_EQ(findings_of(condensed, cpu_backend()), "");
-  const auto report = must(expand_document(condensed, test_pool()));
+  const auto report = must(expand_document(condensed, cpu_backend(), test_pool()));
   EXPECT_EQ(report.to_draco, 1u);
   EXPECT_EQ(stored_bytes(condensed, kStockExtensionName), stored_bytes(plain, kStockExtensionName));
   EXPECT_EQ(without_views(condensed), without_views(plain));
@@ -94,7 +94,7 @@ TEST(Condense, AFallbackStaysAndTheExtensionIsNotRequired) {
   options.fallback = Fallback::kUncompressed;
   ASSERT_TRUE(encode_with(document, options).ok());
   EXPECT_TRUE(is_condensed(document));
-  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  ASSERT_TRUE(expand_document(document, cpu_backend(), test_pool()).ok());
   EXPECT_EQ(document.json()["extensionsUsed"], Json::array({kStockExtensionName}));
   EXPECT_FALSE(document.json().contains("extensionsRequired"));
   EXPECT_TRUE(accessor_of(document, "POSITION").contains("bufferView"));
@@ -110,7 +110,7 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
     EXPECT_LT(reports.at(0).bytes, reports.at(0).input_bytes);
     EXPECT_TRUE(is_condensed(document));
     EXPECT_EQ(findings_of(document, cpu_backend()), "");
-    ASSERT_TRUE(expand_document(document, test_pool()).ok());
+    ASSERT_TRUE(expand_document(document, cpu_backend(), test_pool()).ok());
     EXPECT_EQ(stored_bytes(document, kStockExtensionName), stored_bytes(before, kStockExtensionName));
     EXPECT_EQ(document.json()["accessors"], before.json()["accessors"]);
   }
@@ -127,7 +127,7 @@ TEST(Condense, StockDracoThatIsEncodedAgainIsCondensedThen) {
   const auto reports = must(encode_document(condensed, coarse, cpu_backend(), test_pool()));
   EXPECT_FALSE(reports.at(0).keeps_streams);
   EXPECT_TRUE(is_condensed(condensed));
-  ASSERT_TRUE(expand_document(condensed, test_pool()).ok());
+  ASSERT_TRUE(expand_document(condensed, cpu_backend(), test_pool()).ok());
   EXPECT_EQ(stored_bytes(condensed, kStockExtensionName), stored_bytes(plain, kStockExtensionName));
   EXPECT_EQ(condensed.json(), plain.json());
 }
@@ -142,7 +142,7 @@ TEST(Condense, BoundsOfStockDracoBecomeExact) {
   ASSERT_TRUE(encode_with(document, condensing()).ok());
   EXPECT_TRUE(is_condensed(document));
   EXPECT_EQ(findings_of(document, cpu_backend()), "");
-  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  ASSERT_TRUE(expand_document(document, cpu_backend(), test_pool()).ok());
   EXPECT_EQ(stored_bytes(document, kStockExtensionName), stored_bytes(exact, kStockExtensionName));
   // An accessor that something else uses is not changed.
   shared.json()["animations"] = Json::array(
@@ -206,7 +206,7 @@ TEST(Condense, PointsThatStockDracoRepeatsAreJoined) {
   EXPECT_LT(mesh.point_count, repeated);
   EXPECT_GT(open_container(stored_bytes(condensed, kExtensionName))->reference_count(), 0u);
   EXPECT_EQ(findings_of(condensed, cpu_backend()), "");
-  ASSERT_TRUE(expand_document(condensed, test_pool()).ok());
+  ASSERT_TRUE(expand_document(condensed, cpu_backend(), test_pool()).ok());
   EXPECT_EQ(condensed.json(), plain.json());
 
   Document morphed = input;
@@ -254,7 +254,7 @@ TEST(Condense, PatchesAreCondensedAsTheyAre) {
 
   const auto again = must(encode_document(document, condensing(), cpu_backend(), test_pool()));
   EXPECT_EQ(again.at(0).skipped, "already in condensed patches");
-  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  ASSERT_TRUE(expand_document(document, cpu_backend(), test_pool()).ok());
   EXPECT_EQ(stored_bytes(document, kExtensionName), stored_bytes(before, kExtensionName));
 }
 
@@ -284,7 +284,7 @@ TEST(Condense, ExpandLeavesEverythingElse) {
   Document document = document_from_mesh(make_grid(kColumns, kRows));
   ASSERT_TRUE(encode(document).ok());
   const Document before = document;
-  const auto report = must(expand_document(document, test_pool()));
+  const auto report = must(expand_document(document, cpu_backend(), test_pool()));
   EXPECT_EQ(report.to_patches + report.to_draco, 0u);
   EXPECT_EQ(document.json(), before.json());
 }
@@ -312,7 +312,7 @@ TEST(Condense, AMutantHasOneVerdict) {
     Document decoded = mutant;
     const bool agrees = decode_document(decoded, cpu_backend(), test_pool()).ok();
     EXPECT_TRUE(decodes || !agrees) << bit;
-    EXPECT_EQ(expand_document(mutant, test_pool()).ok(), agrees) << bit;
+    EXPECT_EQ(expand_document(mutant, cpu_backend(), test_pool()).ok(), agrees) << bit;
   }
   EXPECT_GT(refused, 10u);
   EXPECT_GT(accepted, 10u);
@@ -326,7 +326,7 @@ TEST(Condense, ASinglePatchWithAFallbackStaysAContainer) {
   options.fallback = Fallback::kUncompressed;
   ASSERT_TRUE(encode_with(document, options).ok());
   const bool has_references = open_container(stored_bytes(document, kExtensionName))->reference_count() > 0;
-  const auto report = must(expand_document(document, test_pool()));
+  const auto report = must(expand_document(document, cpu_backend(), test_pool()));
   EXPECT_EQ(report.to_patches, has_references ? 1u : 0u);
   EXPECT_EQ(findings_of(document, cpu_backend()), "");
 }
@@ -338,7 +338,7 @@ TEST(Condense, ExpandNamesTheBrokenPrimitive) {
       document.json()["bufferViews"]
                      [primitive_of(document)["extensions"][kExtensionName]["bufferView"].get<size_t>()];
   view["byteLength"] = view["byteLength"].get<size_t>() - 1;
-  const Status status = expand_document(document, test_pool()).status();
+  const Status status = expand_document(document, cpu_backend(), test_pool()).status();
   EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
   EXPECT_EQ(status.place().mesh, 0);
   EXPECT_EQ(status.place().primitive, 0);

@@ -105,7 +105,7 @@ TEST(UnknownReferences, ExpandLeavesANamedContainer) {
   document.json()["extras"] = {{"bufferView", view}};
   const std::vector<uint8_t> bytes = view_bytes(document, view);
   const Mesh before = must(read(document));
-  const auto report = must(expand_document(document, test_pool()));
+  const auto report = must(expand_document(document, cpu_backend(), test_pool()));
   EXPECT_EQ(report.to_patches, 1u);
   EXPECT_EQ(view_bytes(document, view), bytes);
   EXPECT_NE(primitive_of(document)["extensions"][kExtensionName]["bufferView"], view);

@@ -92,8 +92,11 @@ TEST(Validate, ExtensionLists) {
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "NORMAL").erase("bufferView"); },
                    Fallback::kUncompressed),
             required);
-  EXPECT_EQ(broken([](Document& document) { the_primitive(document).erase("extensions"); }),
-            "extension-unused (warning) asset.glb: the extension is listed, but nothing uses it\n");
+  // The accessors have no data then: all values are zeros, of which others warn.
+  EXPECT_TRUE(
+      broken([](Document& document) {
+        the_primitive(document).erase("extensions");
+      }).ends_with("extension-unused (warning) asset.glb: the extension is listed, but nothing uses it\n"));
 }
 
 TEST(Validate, Mode) {
@@ -350,7 +353,7 @@ std::string with_broken_boxes(const std::function<void(std::vector<uint8_t>&)>& 
     change(section);
     set_container(document, with_head_section(container, HeadSection::kBoxes, section));
     // No reader refuses a mesh because of its boxes.
-    EXPECT_TRUE(check_patches(document, cpu_backend(), test_pool()).ok());
+    EXPECT_TRUE(check_patches(document, test_pool()).ok());
   });
 }
 

@@ -51,6 +51,36 @@ TEST_F(ValidateCommand, NamesThePatchOfAWrongBox) {
   EXPECT_TRUE(contains(err_, "broken.glb: mesh 0, primitive 0: head: boxes without bounds"));
 }
 
+// The stream decides; the accessor is corrected, and a line says so.
+TEST_F(ValidateCommand, StockDracoThatItsAccessorsContradict) {
+  must_run(
+      {"encode", sample("terrain", "2000"), path("stock.gltf"), "--compat", "khr", "--patches", "1", "-q"});
+  must_run({"validate", path("stock.gltf")});
+  nlohmann::json asset = nlohmann::json::parse(read_bytes(path("stock.gltf")));
+  const size_t positions = asset["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+  asset["accessors"][positions]["count"] = 140;
+  write("wrong.gltf", asset.dump());
+  EXPECT_EQ(run({"validate", path("wrong.gltf")}), 3);
+  EXPECT_TRUE(contains(out_, "error [accessor-count] " + path("wrong.gltf") +
+                                 ": mesh 0, primitive 0: POSITION: the accessor counts 140, the stream has "))
+      << out_;
+  must_run({"decode", path("wrong.gltf"), path("plain.glb")});
+  EXPECT_TRUE(contains(err_, "POSITION: the accessor counts 140, the stream has ")) << err_;
+  EXPECT_TRUE(contains(err_, ": corrected")) << err_;
+}
+
+TEST_F(ValidateCommand, ADryRunRefusesWhatDecodeRefuses) {
+  const std::string split = split_sample();
+  std::string bytes = read_bytes(split);
+  bytes[bytes.rfind("DRACO")] = 'X';
+  write("broken.glb", bytes);
+  EXPECT_EQ(run({"decode", path("broken.glb"), path("plain.glb")}), 3) << err_;
+  EXPECT_EQ(run({"encode", path("broken.glb"), path("out.glb"), "--dry-run"}), 3) << err_;
+  EXPECT_EQ(run({"encode", path("broken.glb"), path("out.glb"), "--dry-run", "--memory", "1GB"}), 3) << err_;
+  EXPECT_EQ(run({"expand", path("broken.glb"), path("out.glb")}), 3) << err_;
+  must_run({"encode", split, path("out.glb"), "--dry-run"});
+}
+
 TEST_F(ValidateCommand, SaysThatAMeshFileIsNotGltf) {
   must_run({"generate", path("a.ply"), "--faces", "200", "-q"});
   write("b.obj", "v 0 0 0\n");

@@ -237,13 +237,19 @@ Status AssetWork::work_on_file(Job& job) {
   if (!up_to_date) return up_to_date.status();
   if (*up_to_date) return note_up_to_date(job, key);
   if (Status status = check_output(job); !status.ok()) return status;
-  job.outcome.planned = arguments_.dry_run;
-  if (arguments_.dry_run) session_.log.note(job.outcome.output + would_be_written(job.output));
-  if (arguments_.dry_run) return {};
+  if (arguments_.dry_run) {
+    // What the work would refuse is no plan.
+    if (Status status = check_document(*document, find_backend({}), session_.pool); !status.ok()) return status;
+    job.outcome.planned = true;
+    session_.log.note(job.outcome.output + would_be_written(job.output));
+    return {};
+  }
   job.outcome.sizes.input = bytes_on_disk(*document);
+  std::vector<Finding> corrections;
   Status status = arguments_.verb == BatchVerb::kEncode
                       ? encode(job, *document)
-                      : decode_document(*document, find_backend({}), session_.pool);
+                      : decode_document(*document, find_backend({}), session_.pool, {}, {}, &corrections);
+  if (status.ok()) warn_of_corrections(corrections, session_.log, job.item.input);
   return status.ok() ? write(job, *document, key) : status;
 }
 

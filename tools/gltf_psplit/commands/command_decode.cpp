@@ -22,6 +22,7 @@
 #include "tools/gltf_psplit/report/encode_report.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
+#include "tools/gltf_psplit/report/verdict.h"
 
 namespace psplit {
 namespace {
@@ -69,12 +70,14 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
     if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain || document.cloud)
       ++counts.decoded;
   }
+  std::vector<Finding> corrections;
   {
     ProgressBar bar("decoding", session.log);
     Status status = decode_document(document, find_backend(arguments.backend), session.pool,
-                                    bar.callback("patch"), limit_of(arguments));
+                                    bar.callback("patch"), limit_of(arguments), &corrections);
     if (!status.ok()) return status;
   }
+  warn_of_corrections(corrections, session.log, arguments.input);
   if (to_mesh_file || arguments.target != "draco") return counts;
   const auto reports = encode_document_stock(document, arguments.options, session.pool);
   if (!reports) return reports.status();

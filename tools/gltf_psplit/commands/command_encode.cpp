@@ -229,11 +229,18 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
 // Checks what can be checked before the work, and says what would be written.
 Status run_dry(const EncodeCommandArguments& arguments, const Session& session) {
   WriteReport written;
-  Status status =
-      arguments.memory > 0
-          ? check_paths(arguments.input, nullptr, arguments.output, arguments.report, session, written)
-          : read_for_output(arguments.input, arguments.output, arguments.report, session, written).status();
-  if (status.ok() && arguments.memory > 0) status = open_byte_stream(arguments.input).status();
+  Status status;
+  if (arguments.memory > 0 && !read_asset_json(arguments.input).ok()) {
+    // Mesh files are read once, when they are encoded.
+    status = check_paths(arguments.input, nullptr, arguments.output, arguments.report, session, written);
+    if (status.ok()) status = open_byte_stream(arguments.input).status();
+  } else {
+    const Expected<Document> document =
+        read_for_output(arguments.input, arguments.output, arguments.report, session, written);
+    status = document ? check_document(*document, find_backend({}), session.pool,
+                                       {arguments.memory, limits_of(arguments, session).temporary})
+                      : document.status();
+  }
   if (!status.ok()) return std::move(status).at({.file = arguments.input});
   session.log.note((arguments.output == "-" ? "stdout" : arguments.output) +
                    would_be_written(arguments.output));

@@ -7,6 +7,7 @@
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -50,7 +51,7 @@ Status run_expand(const ExpandArguments& arguments, const Session& session) {
       read_for_output(arguments.input, arguments.output, arguments.report, session, written);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(*document), {}};
-  const Expected<ExpandReport> counts = expand_document(*document, session.pool);
+  const Expected<ExpandReport> counts = expand_document(*document, find_backend({}), session.pool);
   if (!counts) return counts.status().at({.file = arguments.input});
   if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())
     return status;

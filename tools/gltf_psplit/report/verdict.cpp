@@ -48,4 +48,12 @@ Verdict verdict_of(const std::string& input, std::span<const Finding> findings) 
   return verdict;
 }
 
+void warn_of_corrections(std::span<const Finding> corrections, const Log& log, const std::string& input) {
+  for (const Finding& finding : corrections) {
+    Place place = finding.place;
+    place.file = input;
+    log.warning(Status(StatusCode::kInvalidInput, finding.message + ": corrected", place).to_string());
+  }
+}
+
 }  // namespace psplit

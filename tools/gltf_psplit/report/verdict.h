@@ -6,6 +6,7 @@
 
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json.h"
+#include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {
 
@@ -18,5 +19,8 @@ struct Verdict {
 
 // kInvalidInput if the file breaks a rule; kUnsupported if all errors concern unsupported features.
 Verdict verdict_of(const std::string& input, std::span<const Finding> findings);
+
+// Says what decode_document corrected.
+void warn_of_corrections(std::span<const Finding> corrections, const Log& log, const std::string& input);
 
 }  // namespace psplit
