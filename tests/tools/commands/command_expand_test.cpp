@@ -1,4 +1,6 @@
 // gltf-psplit encode --condense and expand.
+#include <cstring>
+
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {
@@ -75,7 +77,18 @@ TEST_F(ExpandCommand, ExtensionsOfAnInputWithStockDracoKeepTheirOrder) {
     options.push_back("--condense");
     must_run(options);
     must_run({"expand", path("condensed.glb"), path("expanded.glb"), "-q", "--force"});
-    EXPECT_TRUE(read_bytes(path("expanded.glb")) == read_bytes(path("plain.glb"))) << patches;
+    const auto names = [&](const char* file) {
+      constexpr size_t kLengthAt = 12, kJsonAt = 20;
+      const std::string glb = read_bytes(path(file));
+      uint32_t length = 0;
+      std::memcpy(&length, glb.data() + kLengthAt, sizeof length);
+      return nlohmann::json::parse(glb.substr(kJsonAt, length)).at("extensionsUsed");
+    };
+    EXPECT_EQ(names("expanded.glb"), names("plain.glb")) << patches;
+    // Without a wish for patches the asset stays as it is, because it would grow.
+    if (*patches != '0') {
+      EXPECT_TRUE(read_bytes(path("expanded.glb")) == read_bytes(path("plain.glb"))) << patches;
+    }
   }
 }
 

@@ -265,7 +265,10 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::str
     uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
   };
   constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond what is free again by then
-  const Factors factors = verb == BatchVerb::kEncode     ? Factors{2, with_coarse ? 100 + kCoarseFace : 100, 5}
+  constexpr uint64_t kEncodedFace =
+      140;  // 40 of them for meshes that are encoded both as patches and as one stream
+  const Factors factors = verb == BatchVerb::kEncode
+                              ? Factors{2, with_coarse ? kEncodedFace + kCoarseFace : kEncodedFace, 5}
                           : verb == BatchVerb::kDecode   ? Factors{2, 45, 7}
                           : verb == BatchVerb::kValidate ? Factors{2, 20, 6}
                                                          : Factors{2, 65, 7};
