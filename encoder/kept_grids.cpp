@@ -29,6 +29,8 @@ bool may_have_grid(const Attribute& attribute, const AttributeCoding& grid, cons
   return wanted > 0 && is_usable(attribute, grid) && (!are_given(attribute, options) || grid.bits == wanted);
 }
 
+// Whether the values do not widen the grid. The last place of a grid may be decoded as a value a little beyond
+// the range; a stream with that value states a larger range.
 bool holds(const AttributeCoding& grid, const CodingBounds& bounds) {
   if (!bounds.is_finite || grid.octahedral || grid.origin.size() != bounds.low.size()) return false;
   for (size_t c = 0; c < bounds.low.size(); ++c)
@@ -74,6 +76,7 @@ std::vector<std::vector<bool>> keep_grids(std::span<const MeshToCode> meshes, st
       const AttributeCoding& grid = meshes[k].stated[i];
       if (codings[k][i].exact || !may_have_grid(mesh.attributes[i], grid, options, exact)) continue;
       if (stored.empty()) stored = meshes[k].stored_points();
+      if (!grid.octahedral && !holds(grid, bounds[k][i])) continue;
       if (!is_on_grid(mesh.attributes[i], grid, stored)) continue;
       codings[k][i] = grid;
       codings[k][i].exact = true;

@@ -274,12 +274,13 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
 // patches of stock Draco may take what patches may cost.
 std::string reason_to_leave(const Document& document, const SharingJobs& sharing, bool may_shrink) {
   const SharedSizes& sizes = sharing.sizes;
-  if (sizes.gain() > 0) return "";
   bool is_stock = true, is_split = true;
   for (const EncodeJob* job : sharing.jobs) {
     is_stock &= document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kStockDraco;
     is_split &= job->encoded.statistics.patch_count > 1;
   }
+  // A few digits less in the bounds are no reason to encode a stream again.
+  if (sizes.gain() > 0 && (!is_stock || sizes.after() < sizes.before)) return "";
   if (!is_stock) return "Draco would take " + sizes.text();
   if (!is_split) return "stock Draco that would take " + sizes.text();
   if (may_shrink && sizes.after() * 100 <= sizes.before * (100 + kMostSplitPercent)) return "";

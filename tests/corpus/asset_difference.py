@@ -7,8 +7,9 @@
 Everything in the JSON must be as before: values, order of arrays, order of members, extras, unknown members and
 extensions. Only these may differ:
 
-  extensionsUsed, extensionsRequired   the extensions that primitives are encoded with are at the end; stock Draco and
-                                       meshoptimizer are gone if nothing uses them any more
+  extensionsUsed, extensionsRequired   the extensions that primitives are encoded with are at the end, and stock Draco
+                                       and patches together; stock Draco and meshoptimizer are gone if nothing uses them
+                                       any more
   buffers                              all buffers with bytes become the first one: it has no uri, another byteLength, no
                                        mark of a fallback, and only the name and extras of the first; buffers without
                                        bytes follow, those of meshoptimizer with another byteLength
@@ -336,6 +337,11 @@ class Comparison:
         for name in ("extensionsUsed", "extensionsRequired"):
             wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or n in self.names or has(self.after.json, n)]
             wanted += [n for n in self.names if n not in wanted]
+            both = [n for n in (kStock, kName) if n in wanted]
+            if len(both) == 2:
+                at = min(map(wanted.index, both))
+                wanted = [n for n in wanted if n not in both]
+                wanted[at:at] = both
             if self.after.json.get(name) != (wanted or None):
                 self.say(f"/{name}", f"should be {wanted}, is {self.after.json.get(name)}")
 

@@ -52,7 +52,7 @@ def rich_asset(folder):
         unknown_root=[[1], {}])
     (folder / "red.png").write_bytes(b"\x89PNG\r\n\x1a\nred")
     asset["images"] = [{"uri": "red.png", "extras": 1}]
-    asset["nodes"][0].update(name="node", translation=[1, 2, 3.5], extras={"accessor": 0})
+    asset["nodes"][0].update(name="node", translation=[1, 2, 3.5], extras={"level": 0})
     asset["buffers"] = [{"byteLength": len(binary), "uri": "rich.bin", "name": "all"}]
     (folder / "rich.bin").write_bytes(binary)
     (folder / "rich.gltf").write_text(json.dumps(asset))

@@ -104,8 +104,11 @@ TEST(Condense, AFallbackStaysAndTheExtensionIsNotRequired) {
 TEST(Condense, StockDracoIsCondensedAsItIs) {
   for (const Mesh& mesh : {rough_sheet(), rich_mesh(kColumns, kRows)}) {
     Document before = stock_document(mesh);
-    // Points that its coarse grids made equal are merged once.
-    ASSERT_TRUE(encode_with(before, {}).ok());
+    // Decoded points have another order, in which the stream may be smaller.
+    for (size_t bytes = SIZE_MAX; stored_bytes(before, kStockExtensionName).size() < bytes;) {
+      bytes = stored_bytes(before, kStockExtensionName).size();
+      ASSERT_TRUE(encode_with(before, {}).ok());
+    }
     Document document = before;
     const auto reports = must(encode_document(document, condensing(), cpu_backend(), test_pool()));
     EXPECT_EQ(reports.at(0).stored_as, StoredAs::kPatches);

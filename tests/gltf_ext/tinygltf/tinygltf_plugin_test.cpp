@@ -643,6 +643,8 @@ TEST_P(RealAssets, LoadAsTheirPlainFiles) {
     if (!document) return primitives;
     const EncodeDocumentOptions options{.patches = {.faces = 600, .always = true}, .verify = false};
     if (!encode_document(*document, options, draco_backend(), test_pool())) return primitives;
+    // tinygltf cannot read views that meshoptimizer compressed, and these stay compressed.
+    if (document->json().dump().find("meshopt_compression") != std::string::npos) return primitives;
     const fs::path patched = write(*document, "patched.glb");
     must(decode(*document));
     const fs::path plain = write(*document, "plain.glb");
