@@ -21,7 +21,7 @@ struct Streams {
   std::vector<Mesh> decoded;  // of each stream; the attributes are left out unless the streams are alone
   std::vector<std::vector<uint8_t>> bytes;
   std::vector<size_t> table_bytes;  // of each stream but the residue: tables of probabilities among its bytes
-  bool has_residue = false;  // the last stream
+  bool has_residue = false;         // the last stream
 
   // Whether they are stored without a container.
   bool are_alone(Alone alone) const {

@@ -65,7 +65,7 @@ class FanEnds {
 
   uint32_t first_of(uint32_t corner, const SourceTable& table) const {
     const uint32_t place = place_[corner];
-    const auto fan = std::ranges::upper_bound(begins_, place);
+    const auto fan = std::upper_bound(begins_.begin(), begins_.end(), place);
     const uint32_t begin = *std::prev(fan);
     const uint32_t end = fan == begins_.end() ? static_cast<uint32_t>(corner_at_.size()) : *fan;
     const auto after = ends_.upper_bound(place);
