@@ -22,7 +22,7 @@ bool holds_whole_numbers(const CodingBounds& bounds) { return !bounds.low.empty(
 bool holds_data(const Attribute& attribute) {
   constexpr const char* kGeometry[] = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "WEIGHTS_"};
   return attribute.component_type == ComponentType::kFloat32 &&
-         std::ranges::none_of(kGeometry,
+         !std::ranges::any_of(kGeometry,
                               [&](const char* prefix) { return attribute.semantic.starts_with(prefix); });
 }
 

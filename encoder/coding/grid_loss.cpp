@@ -125,8 +125,8 @@ LostShare coinciding(const Placed& placed) {
       lost.push_back(placed.value_of(point));
     }
   }
-  std::ranges::sort(lost);
-  share.lost = static_cast<uint64_t>(std::ranges::unique(lost).begin() - lost.begin());
+  std::sort(lost.begin(), lost.end());
+  share.lost = static_cast<uint64_t>(std::unique(lost.begin(), lost.end()) - lost.begin());
   share.all += share.lost;
   return share;
 }
@@ -170,9 +170,9 @@ double ValueSpread::inner_extent(size_t component) const {
   std::vector<float> sample = components_[component].sample;
   if (sample.empty()) return 0;
   const auto cut = static_cast<std::ptrdiff_t>(sample.size() / kTrimmed);
-  std::ranges::nth_element(sample, sample.begin() + cut);
+  std::nth_element(sample.begin(), sample.begin() + cut, sample.end());
   const float low = sample[static_cast<size_t>(cut)];
-  std::ranges::nth_element(sample, sample.end() - 1 - cut);
+  std::nth_element(sample.begin(), sample.end() - 1 - cut, sample.end());
   const double inner = double{*(sample.end() - 1 - cut)} - double{low};
   // The far values say nothing about the noise of the others.
   const double largest = std::max(std::fabs(double{low}), std::fabs(double{low} + inner));

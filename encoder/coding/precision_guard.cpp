@@ -114,10 +114,10 @@ class Guard {
       for (size_t i = 0; i < codings_.size(); ++i) {
         const Attribute& attribute = part.attributes[i];
         measures[i] = measure_of(attribute, codings_[i], wanted_[i]);
-        const uint64_t count =
-            stored.empty()
-                ? part.point_count
-                : static_cast<uint64_t>(std::ranges::count_if(stored, [](uint8_t flag) { return flag != 0; }));
+        const uint64_t count = stored.empty()
+                                   ? part.point_count
+                                   : static_cast<uint64_t>(std::count_if(
+                                         stored.begin(), stored.end(), [](uint8_t flag) { return flag != 0; }));
         findings_[i].values += count * attribute.component_count;
         if (measures[i] == Measure::kNoGrid) no_grids[i].add(attribute, stored);
         if (measures[i] == Measure::kSpread) spreads[i].add(attribute, stored);
