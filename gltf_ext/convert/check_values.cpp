@@ -128,7 +128,8 @@ class ValueChecker {
   void check_joints() {
     const std::optional<uint64_t> count = joint_count(document_.json(), id_.mesh);
     if (!count) return;
-    for (const auto& [semantic, values] : mesh_.attributes) {
+    for (const auto& [semantic, of_semantic] : mesh_.attributes) {
+      const auto& values = of_semantic;  // older compilers capture no name of a structured binding
       if (!semantic.starts_with("JOINTS_")) continue;
       const ValuesView* const one[] = {&values};
       const Wrong wrong = find_wrong(one, [&](size_t point) {
