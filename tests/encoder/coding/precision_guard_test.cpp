@@ -85,7 +85,7 @@ TEST(PrecisionGuard, FarTextureCoordinatesDoNotCoarsenTheOthers) {
   for (const float far : {-100000.0f, 3000.0f, 1e38f, -1e38f}) {
     SCOPED_TRACE(far);
     Sheet sheet;
-    for (const size_t at : {0, 1, 2, 3, 82, 83}) sheet.texture[at] = far;
+    for (const size_t at : {0u, 1u, 2u, 3u, 82u, 83u}) sheet.texture[at] = far;
     const Guarded guarded = guard(sheet.with());
     EXPECT_GT(farthest(sheet.texture, guarded.before[1]), 0.1);
     EXPECT_LE(farthest(sheet.texture, guarded.after[1]), kTextureError);
