@@ -184,7 +184,7 @@ TEST(Neighbours, PlainSurfacesTakeTheGridOfPatchesBesideThem) {
 Mesh triangle_on_edge() {
   const std::vector<float> edge = values_of<float>(sheet(0).attributes[0]);
   std::vector<float> values;
-  for (const size_t point : {41 * 10 + 40, 41 * 11 + 40})
+  for (const size_t point : {41u * 10 + 40, 41u * 11 + 40})
     values.insert(values.end(), edge.begin() + static_cast<std::ptrdiff_t>(3 * point),
                   edge.begin() + static_cast<std::ptrdiff_t>(3 * point + 3));
   values.insert(values.end(), {1.7f, 0.4f, 0.123f});
