@@ -8,8 +8,8 @@ Everything in the JSON must be as before: values, order of arrays, order of memb
 extensions. Only these may differ:
 
   extensionsUsed, extensionsRequired   the extensions that primitives are encoded with are at the end, and stock Draco
-                                       and patches together; stock Draco and meshoptimizer are gone if nothing uses them
-                                       any more
+                                       and patches together, where the first of them was; stock Draco and
+                                       meshoptimizer are gone if nothing uses them any more
   buffers                              all buffers with bytes become the first one: it has no uri, another byteLength, no
                                        mark of a fallback, and only the name and extras of the first; buffers without
                                        bytes follow, those of meshoptimizer with another byteLength
@@ -335,13 +335,14 @@ class Comparison:
                 return name in tree.get("extensions", {}) or any(has(value, name) for value in tree.values())
             return isinstance(tree, list) and any(has(value, name) for value in tree)
         for name in ("extensionsUsed", "extensionsRequired"):
-            wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or n in self.names or has(self.after.json, n)]
-            wanted += [n for n in self.names if n not in wanted]
-            both = [n for n in (kStock, kName) if n in wanted]
-            if len(both) == 2:
-                at = min(map(wanted.index, both))
-                wanted = [n for n in wanted if n not in both]
-                wanted[at:at] = both
+            listed = list(self.before.all(name))
+            listed += [n for n in self.names if n not in listed]
+            both = [n for n in (kStock, kName) if n in listed]
+            if both:
+                at = min(map(listed.index, both))
+                listed = [n for n in listed if n not in both]
+                listed[at:at] = both
+            wanted = [n for n in listed if n not in (kStock, kManifold, *kMeshopt) or n in self.names or has(self.after.json, n)]
             if self.after.json.get(name) != (wanted or None):
                 self.say(f"/{name}", f"should be {wanted}, is {self.after.json.get(name)}")
 
