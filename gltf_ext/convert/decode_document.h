@@ -18,7 +18,7 @@ struct Finding;
 // multiple of 4, is followed by 8 bytes more. After an error the document may be of no use. Primitives in
 // patches are decoded by the CPU, which also compares copies of points, unless `backend` is CUDA's or
 // libdraco's. `corrections`, if it is not null, gets the counts of accessors of stock Draco that its streams
-// contradict (gltf_ext/convert/validate.h): the document has those of the streams.
+// contradict: the document has those of the streams.
 PSPLIT_EXPORT Status decode_document(Document& document, const DecodeBackend& backend, const ThreadPool& pool,
                                      const Progress& progress = {}, const MemoryLimit& limit = {},
                                      std::vector<Finding>* corrections = nullptr);
