@@ -97,13 +97,6 @@ void pack_buffer(Document& document, size_t buffer, std::span<const RangeInMemor
   document.json()["buffers"][buffer]["byteLength"] = packed.size();
 }
 
-// Views that start at 0 may omit byteOffset. It is needed before bytes move, so that it can be changed.
-void spell_out_offsets(Json& json) {
-  for_each_range(json, [](Json& range) {
-    if (field(range, "byteOffset") == nullptr) range["byteOffset"] = 0;
-  });
-}
-
 }  // namespace
 
 void collect_integers(const Json& tree, std::set<int64_t>& found) {
@@ -168,7 +161,6 @@ void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors
   for_each_range(json, [&](Json& range) {
     if (Json* buffer = field(range, "buffer")) renumber(*buffer, new_index);
   });
-  spell_out_offsets(json);
   const std::vector<std::vector<RangeInMemory>> ranges = ranges_of_buffers(document);
   for (size_t i = 0; i < document.buffers.size(); ++i)
     if (!unknown.buffers.contains(static_cast<int64_t>(i))) pack_buffer(document, i, ranges[i]);
