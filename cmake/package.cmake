@@ -16,7 +16,7 @@ if(PSPLIT_BUILD_ENCODER)
   list(APPEND components encoder gltf)
   list(APPEND headers
        encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
-       encoder/coding/position_bits.h encoder/coding/precision_guard.h encoder/coding/quantization.h encoder/encode_parts.h encoder/mesh_parts.h
+       encoder/coding/position_bits.h encoder/coding/precision_guard.h encoder/coding/quantization.h encoder/coding/step_grid.h encoder/encode_parts.h encoder/mesh_parts.h
        encoder/spill.h
        encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h encoder/patch_counts.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace psplit {
 namespace {
@@ -34,6 +35,20 @@ std::optional<AttributeCoding> grid_of_step(std::vector<float> origin, const std
   constexpr int kMostExponent = 60;
   if (std::abs(exponent) > kMostExponent) return std::nullopt;
   return AttributeCoding{bits, false, std::move(origin), static_cast<float>(range)};
+}
+
+// The grid with a power of two as its step. Nothing if that takes more than 23 bits.
+std::optional<AttributeCoding> with_power_of_two_step(const AttributeCoding& grid) {
+  const int exponent = std::ilogb(grid_step(grid));
+  std::vector<float> low, high;
+  for (const float origin : grid.origin) {
+    const double from = std::ldexp(std::floor(std::ldexp(double{origin}, -exponent)), exponent);
+    low.push_back(static_cast<float>(from));
+    if (double{low.back()} != from) return std::nullopt;
+    high.push_back(std::nextafter(origin + grid.range, INFINITY));
+  }
+  std::optional<AttributeCoding> result = grid_of_step(std::move(low), high, exponent);
+  return result && result->bits < kFloatBits && grid_extremes(*result) ? result : std::nullopt;
 }
 
 }  // namespace
@@ -74,17 +89,21 @@ std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double
   return has(bounds.low.back()) && has(bounds.high.back()) ? grid : std::nullopt;
 }
 
-std::optional<AttributeCoding> with_power_of_two_step(const AttributeCoding& grid) {
-  const int exponent = std::ilogb(grid_step(grid));
-  std::vector<float> low, high;
-  for (const float origin : grid.origin) {
-    const double from = std::ldexp(std::floor(std::ldexp(double{origin}, -exponent)), exponent);
-    low.push_back(static_cast<float>(from));
-    if (double{low.back()} != from) return std::nullopt;
-    high.push_back(std::nextafter(origin + grid.range, INFINITY));
-  }
-  std::optional<AttributeCoding> result = grid_of_step(std::move(low), high, exponent);
-  return result && result->bits < kFloatBits && grid_extremes(*result) ? result : std::nullopt;
+bool fit_to_offsets(std::span<AttributeCoding* const> grids, std::span<const std::array<double, 3>> offsets) {
+  if (grids.empty()) return true;
+  const AttributeCoding& first = *grids.front();
+  const bool is_one = std::ranges::all_of(grids, [&](const AttributeCoding* grid) {
+    return !grid->exact && grid->bits == first.bits && grid->origin == first.origin &&
+           grid->range == first.range;
+  });
+  const auto fitted = is_one ? with_power_of_two_step(first) : std::nullopt;
+  if (!fitted) return false;
+  const double step = grid_step(*fitted);
+  for (const std::array<double, 3>& offset : offsets)
+    for (const double along : offset)
+      if (along / step != std::floor(along / step)) return false;
+  for (AttributeCoding* grid : grids) *grid = *fitted;
+  return true;
 }
 
 }  // namespace psplit

@@ -2,8 +2,9 @@
 // values come back exactly.
 #pragma once
 
+#include <array>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/quantization.h"
@@ -20,8 +21,11 @@ std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds);
 // each: TANGENT.w. `bounds` must be finite. Nothing if there is no such grid of 30 bits.
 std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double step);
 
-// The grid with a power of two as its step, which is no larger, and with places at its multiples. Nothing if
-// that takes more than 23 bits.
-PSPLIT_EXPORT std::optional<AttributeCoding> with_power_of_two_step(const AttributeCoding& grid);
+// Meshes on one grid touch where nodes of a scene move them by multiples of its step. Replaces this grid, in
+// all meshes, by one with a power of two as its step, which is no larger, and with places at its multiples.
+// False, without a change, if the meshes have several grids, if that takes more than 23 bits, or if an offset
+// is not a multiple of the step.
+PSPLIT_EXPORT bool fit_to_offsets(std::span<AttributeCoding* const> grids,
+                                  std::span<const std::array<double, 3>> offsets);
 
 }  // namespace psplit

@@ -170,27 +170,13 @@ void fit_scene(const Document& document, std::vector<EncodeJob>& jobs) {
   if (grids.empty()) return;
   const SceneOffsets moved = scene_offsets(document.json(), meshes);
   if (moved.are_zero()) return;
-  const AttributeCoding first = *grids.front();
-  const bool is_one = std::ranges::all_of(grids, [&](const AttributeCoding* grid) {
-    return !grid->exact && grid->bits == first.bits && grid->origin == first.origin &&
-           grid->range == first.range;
-  });
-  const auto fitted = is_one ? with_power_of_two_step(first) : std::nullopt;
-  const auto is_multiple = [&](double offset) {
-    const double steps = offset / grid_step(*fitted);
-    return steps == std::floor(steps);
-  };
-  const bool touch = fitted && moved.are_translations &&
-                     std::ranges::all_of(moved.offsets, [&](const std::array<double, 3>& offset) {
-                       return std::ranges::all_of(offset, is_multiple);
-                     });
-  for (AttributeCoding* grid : grids)
-    if (touch) *grid = *fitted;
-  if (!touch)
+  const double most = 2 * distance_bound(*grids.front());
+  const std::vector<std::array<double, 3>> offsets(moved.offsets.begin(), moved.offsets.end());
+  if (!moved.are_translations || !fit_to_offsets(grids, offsets))
     jobs.front().warnings.push_back(
         "nodes place the meshes of the scene so that their grids do not meet: surfaces of different meshes "
         "that touch may come apart by up to " +
-        rounded_text(2 * distance_bound(first)));
+        rounded_text(most));
 }
 
 // Chooses the codings of all jobs. Jobs of a group share their grids.

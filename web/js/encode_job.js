@@ -96,17 +96,18 @@ function mesh_of(given) {
 }
 
 /**
- * The job of a list of meshes. Beside what encode.d.ts says, `leave` is for psplit/gltf-transform: a mesh that cannot be encoded has
- * the result { unsupported: why }.
- * @returns {{ meshes: object[], numbers: Float64Array, exact: string[], grids: number[], decoded: boolean, leave: boolean }}
+ * The job of a list of meshes. Beside what encode.d.ts says, two options are for psplit/gltf-transform: with `leave`, a mesh that cannot be
+ * encoded has the result { unsupported: why }; `offsets` are vectors, three numbers each, by which nodes move meshes against each other.
+ * Then results have `meets`: whether the grid is one on which surfaces that touch do so afterwards.
+ * @returns {{ meshes: object[], numbers: Float64Array, exact: string[], grids: number[], decoded: boolean, leave: boolean, offsets?: Float64Array }}
  */
 export function encode_job(meshes, options) {
-  const { exact = [], decoded = false, leave = false, grids, signal, onProgress, transfer, ...rest } = options ?? {};
+  const { exact = [], decoded = false, leave = false, grids, offsets, signal, onProgress, transfer, ...rest } = options ?? {};
   for (const name of Object.keys(rest)) if (!kNames.includes(name)) throw invalid(`there is no option \`${name}\``);
   if (!Array.isArray(exact) || exact.some((name) => typeof name !== 'string')) throw invalid('the option `exact` is not an array of names');
   if (onProgress != null && typeof onProgress !== 'function') throw invalid('the option `onProgress` is not a function');
   if (!Array.isArray(meshes) || meshes.length === 0) throw invalid('there are no meshes');
-  const job = { meshes: meshes.map(mesh_of), numbers: numbers_of(rest), exact, grids: grids ?? meshes.map(() => 0), decoded, leave };
+  const job = { meshes: meshes.map(mesh_of), numbers: numbers_of(rest), exact, grids: grids ?? meshes.map(() => 0), decoded, leave, offsets };
   if (!Array.isArray(job.grids) || job.grids.length !== meshes.length || !job.grids.every((grid) => Number.isInteger(grid) && grid >= 0))
     throw invalid('the option `grids` is not a number for each mesh');
   return job;
@@ -117,8 +118,9 @@ class Encoding {
   #instance;
   #exports;
   #handle;
+  #meets;
 
-  constructor(module, { meshes, numbers, exact, grids }, report) {
+  constructor(module, { meshes, numbers, exact, grids, offsets }, report) {
     this.#instance = new Instance(module, { psplit: { patch_encoded: report } }, 'encoder');
     this.#exports = this.#instance.exports;
     this.#handle = this.#exports.new_encoding();
@@ -127,6 +129,10 @@ class Encoding {
     const at = this.#instance.copy_in(numbers), failed = this.#exports.choose_codings(this.#handle, at);
     if (failed >= 0) throw in_mesh(this.#instance.last_error(), failed, meshes.length);
     this.#exports.release(at);
+    if (offsets === undefined) return;
+    const from = this.#instance.copy_in(offsets);
+    this.#meets = this.#exports.fit_offsets(this.#handle, from, offsets.length / 3) !== 0;
+    this.#exports.release(from);
   }
 
   encode(i, { attributes }, { decoded: with_decoded, leave, meshes }) {
@@ -149,7 +155,7 @@ class Encoding {
       }),
       ...(with_decoded && { indices: copy(Uint32Array, faces, 3 * faceCount) }),
       sourcePoints: copy(Uint32Array, source_points, pointCount),
-      mergedPoints, droppedPoints, droppedFaces, headBytes, ...(!Number.isNaN(error) && { positionError: error }) };
+      mergedPoints, droppedPoints, droppedFaces, headBytes, meets: this.#meets, ...(!Number.isNaN(error) && { positionError: error }) };
   }
 
   #view(Type, at, length) {

@@ -1,15 +1,18 @@
 // The exports of the encoder of containers. Meshes are added by calls that return where their values go. Then
 // their codings are chosen together, and each is encoded by a call of its own.
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/coding/step_grid.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
 #include "encoder/patch_counts.h"
@@ -193,6 +196,17 @@ PSPLIT_WEB_EXPORT(keep_exactly) void keep_exactly(Encoding* encoding, const char
 PSPLIT_WEB_EXPORT(choose_codings) int32_t choose_codings(Encoding* encoding, const Options* options) {
   size_t failed = 0;
   return keep_error(choose(*options, *encoding, failed)) ? -1 : static_cast<int32_t>(failed);
+}
+// Fits the grid of positions to `count` offsets between meshes, once codings are chosen. False if that does not
+// make surfaces meet that touched.
+PSPLIT_WEB_EXPORT(fit_offsets)
+bool fit_offsets(Encoding* encoding, const std::array<double, 3>* offsets, uint32_t count) {
+  std::vector<AttributeCoding*> grids;
+  for (const auto& source : encoding->sources)
+    for (size_t k = 0; k < source->codings.size(); ++k)
+      if (source->mesh.attributes[k].semantic == "POSITION" && source->codings[k].bits > 0)
+        grids.push_back(&source->codings[k]);
+  return fit_to_offsets(grids, std::span(offsets, count));
 }
 // Encodes a mesh, once; what encode() returned before is gone then. Returns words that encode_job.js names, and
 // for each attribute its unique id, bits, and the address of its decoded values. Null after an error.
