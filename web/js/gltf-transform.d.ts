@@ -20,7 +20,8 @@ export function decodeAhead(document: JSONDocument, pool: Pool, options?: { sign
 export interface PsplitOptions extends Omit<EncodeOptions, 'decoded'> {
   /** Encodes in its worker. By default the calling thread encodes. */
   encoder?: Encoder;
-  /** Which primitives share a quantization grid: none (`primitive`), those of a mesh (the default), or all (`scene`). */
+  /** Which primitives share a quantization grid: none (`primitive`), those of a mesh (the default), or all (`scene`).
+   *  Then the grid is one that nodes move onto itself, if there is one; otherwise there is a warning. */
   quantizationVolume?: 'primitive' | 'mesh' | 'scene';
   /** Whether loaders have to know the extension. Otherwise the file has the geometry once more, uncompressed. By default true. */
   required?: boolean;

@@ -97,7 +97,7 @@ class CoarsePrimitives extends ExtensionProperty {
     return this.listRefs('primitives');
   }
 }
-const kCoarse = 'CoarsePrimitives';
+const kCoarse = 'CoarsePrimitives', kMeshopt = 'EXT_meshopt_compression';
 
 // As glTF-Transform reads and writes the primitives of meshes.
 function read_primitive(document, context, { attributes = {}, indices, material, mode, targets = [], extras }, names = []) {
@@ -234,15 +234,17 @@ export class PsplitMeshDracoPatches extends Extension {
     return this;
   }
 
-  // Writes accessors without data if a container has the data.
+  // Writes accessors without data if a container has the data. Extensions write in the order of their names: meshoptimizer's has
+  // claimed all accessors, and compresses them later.
   prewrite(context) {
+    const meshopt = meshopt_state(this.document.getRoot().listExtensionsUsed().find(({ extensionName }) => extensionName === kMeshopt));
     const kept = new Map(), changes = [];  // kept: primitive -> PatchContainer
     let decoded = {};                      // the last mesh; primitives that share a container are next to each other
     this.document.getRoot().listMeshes().forEach((mesh, m) => mesh.listPrimitives().forEach((primitive, p) => {
       const container = primitive.getExtension(kExtensionName);
       if (container === null) return;
       if (decoded.container !== container) decoded = { container, mesh: undefined };
-      const change = this.#change_of(primitive, container, context, () => (decoded.mesh ??= this.#decoder.decodeContainer(
+      const change = this.#change_of(primitive, container, context, meshopt, () => (decoded.mesh ??= this.#decoder.decodeContainer(
         container.bytes, { attributes: container.attributes })));
       if (change === undefined) kept.set(primitive, container);
       else changes.push(`mesh ${m}, primitive ${p}: ${change}`);
@@ -255,15 +257,21 @@ export class PsplitMeshDracoPatches extends Extension {
         'The transform psplit() makes patches again.');
     }
     take_back_from_draco(context, kept);
-    // If loaders may ignore the extension, the accessors keep their data as the fallback, unless there are coarse primitives.
-    this.#write_accessors(context, new Map([...kept].filter(([primitive]) => this.isRequired() || has_coarse(primitive))));
+    const stored = this.#stored_accessors(new Map([...kept].filter(([primitive]) => this.#has_data_alone(primitive))));
+    take_back_from_meshopt(context, meshopt, stored);
+    write_accessors(context, stored);
     for (const [primitive, container] of kept) this.#add_buffer_view(context, primitive, container);
     context.extensionData[kExtensionName] = kept;
     return this;
   }
 
+  // If loaders may ignore the extension, the accessors keep their data as the fallback, unless there are coarse primitives.
+  #has_data_alone(primitive) {
+    return this.isRequired() || has_coarse(primitive);
+  }
+
   // Why a container cannot be kept; undefined if it can.
-  #change_of(primitive, container, context, decode) {
+  #change_of(primitive, container, context, meshopt, decode) {
     const indices = primitive.getIndices(), present = present_attributes(primitive, container);
     if (this.#decoder === undefined) return 'there is no dependency "psplit.decoder" to compare the geometry with its container';
     if (indices === null || primitive.getMode() !== Primitive.Mode.TRIANGLES)
@@ -273,8 +281,10 @@ export class PsplitMeshDracoPatches extends Extension {
       kComponentTypes[accessor.getComponentType()] !== type || kComponentCounts[accessor.getType()] !== componentCount);
     if (another_type !== undefined) return `${another_type.name} has another type`;
     const accessors = [indices, ...present.map(({ accessor }) => accessor)];
+    const is_compressed = (accessor) => meshopt.definition_of(context, accessor) !== undefined;
     if (accessors.some((accessor) => context.accessorIndexMap.has(accessor)) &&
-      !(this.isRequired() && is_draco_only(context, primitive, container, accessors))) return 'another extension writes it';
+      !(this.isRequired() && is_draco_only(context, primitive, container, accessors)) &&
+      !(this.#has_data_alone(primitive) && accessors.every(is_compressed))) return 'another extension writes it';
     const mesh = decode();
     if (!equal_bytes(mesh.indices, new Uint32Array(indices.getArray()))) return 'indices changed';
     const changed = present.find(({ name, accessor }) =>
@@ -282,8 +292,9 @@ export class PsplitMeshDracoPatches extends Extension {
     return changed && `${changed.name} changed`;
   }
 
-  #write_accessors(context, kept) {
-    const graph = this.document.getGraph(), { accessors } = context.jsonDoc.json;
+  // The accessors whose data containers have, and nothing else needs.
+  #stored_accessors(kept) {
+    const graph = this.document.getGraph();
     // Whether a container has what the graph's edge to an accessor refers to.
     const is_stored = (edge) => {
       const parent = edge.getParent(), container = kept.get(parent);
@@ -293,13 +304,9 @@ export class PsplitMeshDracoPatches extends Extension {
       }
       return parent.propertyType === PropertyType.ROOT || (parent.propertyType === PropertyType.PRIMITIVE && !is_in_mesh(parent));
     };
-    for (const [primitive, container] of kept) {
-      for (const { accessor } of [{ accessor: primitive.getIndices() }, ...present_attributes(primitive, container)]) {
-        if (context.accessorIndexMap.has(accessor) || !graph.listParentEdges(accessor).every(is_stored)) continue;
-        context.accessorIndexMap.set(accessor, accessors.length);
-        accessors.push(context.createAccessorDef(accessor));
-      }
-    }
+    const accessors = [...kept].flatMap(([primitive, container]) =>
+      [primitive.getIndices(), ...present_attributes(primitive, container).map(({ accessor }) => accessor)]);
+    return [...new Set(accessors)].filter((accessor) => graph.listParentEdges(accessor).every(is_stored));
   }
 
   // Views are padded here, so that the next one is aligned; write() states the container's own length.
@@ -359,6 +366,52 @@ function take_back_from_draco(context, kept) {
   }
 }
 
+// What glTF-Transform's extension for meshoptimizer is about to compress: views, and for each its accessors and their bytes.
+function meshopt_state(meshopt) {
+  const views = meshopt?._encoderBufferViews ?? {}, definitions = meshopt?._encoderBufferViewAccessors ?? {}, data = meshopt?._encoderBufferViewData ?? {};
+  const bytes = new Map(Object.keys(views).flatMap((key) => definitions[key].map((definition, i) => [definition, data[key][i]])));
+  const definition_of = ({ accessorIndexMap, jsonDoc }, accessor) => {
+    const definition = jsonDoc.json.accessors[accessorIndexMap.get(accessor)];
+    return bytes.has(definition) ? definition : undefined;
+  };
+  // Removes accessors: definition -> the one without data. The extension writes a buffer for its views, which cannot be empty.
+  const remove = (fresh) => {
+    if (fresh.size > 0 && fresh.size === bytes.size)
+      fresh.delete([...fresh.keys()].reduce((a, b) => (bytes.get(b).byteLength < bytes.get(a).byteLength ? b : a)));
+    for (const key of Object.keys(views)) {
+      const view = views[key], compressed = view.extensions[kMeshopt];
+      definitions[key] = definitions[key].filter((definition) => !fresh.has(definition));
+      data[key] = definitions[key].map((definition) => bytes.get(definition));
+      view.byteLength = 0;
+      for (const definition of definitions[key]) {
+        definition.byteOffset = view.byteLength;
+        view.byteLength += bytes.get(definition).byteLength;
+      }
+      compressed.count = view.byteLength / compressed.byteStride;
+      if (view.byteLength === 0) for (const state of [views, definitions, data]) delete state[key];
+    }
+    for (const [definition, other] of fresh) {
+      for (const name of Object.keys(definition)) delete definition[name];
+      Object.assign(definition, other);
+    }
+  };
+  return { definition_of, remove };
+}
+
+// Views of meshoptimizer lose the accessors that containers have.
+function take_back_from_meshopt(context, meshopt, stored) {
+  const fresh = stored.map((accessor) => [meshopt.definition_of(context, accessor), context.createAccessorDef(accessor)]);
+  meshopt.remove(new Map(fresh.filter(([definition]) => definition !== undefined)));
+}
+function write_accessors(context, stored) {
+  const { accessors } = context.jsonDoc.json;
+  for (const accessor of stored) {
+    if (context.accessorIndexMap.has(accessor)) continue;
+    context.accessorIndexMap.set(accessor, accessors.length);
+    accessors.push(context.createAccessorDef(accessor));
+  }
+}
+
 // The attributes of a container that the primitive has. Others were removed: they stay in the container, but are not read.
 const present_attributes = (primitive, { attributes }) => attributes.map((attribute) =>
   ({ ...attribute, accessor: primitive.getAttribute(attribute.name) })).filter(({ accessor }) => accessor !== null);
@@ -409,6 +462,32 @@ function grids_of(groups, volume) {
   return groups.map(({ meshes }) => root(meshes[0]));
 }
 
+// By which vectors nodes move meshes against each other, three numbers each; undefined if they do not; null if they also turn or
+// scale them, or are too many. In the coordinates that the meshes have before the nodes count that all of them are below.
+// Skinned meshes do not count. This is the rule of gltf-psplit's --quantization-volume scene.
+function offsets_of(root, meshes) {
+  const kMostNodes = 100000, paths = [], left = root.listScenes().flatMap((scene) => scene.listChildren().map((node) => [node]));
+  for (let visits = 0; left.length > 0; ++visits) {
+    if (visits > root.listNodes().length + kMostNodes) return null;
+    const path = left.pop(), node = path.at(-1);
+    if (meshes.has(node.getMesh()) && node.getSkin() === null) paths.push(path);
+    left.push(...node.listChildren().map((child) => [...path, child]));
+  }
+  if (paths.length < 2) return undefined;
+  let common = paths[0].length;
+  for (const path of paths) {
+    const differs = path.findIndex((node, i) => node !== paths[0][i]);
+    common = Math.min(common, differs < 0 ? path.length : differs);
+  }
+  const is = (value, neutral) => value.every((number, i) => number === neutral[i]);
+  const moved = paths.map((path) => path.slice(common).reduce((sum, node) => (sum === null || !is(node.getRotation(), [0, 0, 0, 1]) ||
+    !is(node.getScale(), [1, 1, 1]) || node.getExtension('EXT_mesh_gpu_instancing') !== null ? null
+    : sum.map((number, c) => number + node.getTranslation()[c])), [0, 0, 0]));
+  if (moved.includes(null)) return null;
+  const offsets = moved.map((sum) => sum.map((number, c) => number - moved[0][c])).filter((offset) => !is(offset, [0, 0, 0]));
+  return offsets.length === 0 ? undefined : Float64Array.from(offsets.flat());
+}
+
 // The data of morph targets, as bytes for each point.
 function bytes_of_targets(primitive) {
   const points = primitive.getAttribute('POSITION').getCount();
@@ -439,8 +518,11 @@ export function psplit(options) {
         return [name, { array: accessor.getArray(), componentCount: accessor.getElementSize(), normalized: accessor.getNormalized() }];
       })), distinct: bytes_of_targets(primitive) }));
     const { encodeMeshes } = encoder === undefined ? await import('./encode.js') : { encodeMeshes: (...of) => encoder.encodeMeshes(...of) };
-    const results = groups.length === 0 ? []
-      : await encodeMeshes(meshes, { ...rest, decoded: true, leave: true, grids: grids_of(groups, quantizationVolume) });
+    const offsets = quantizationVolume === 'scene' ? offsets_of(root, new Set(groups.flatMap(({ meshes: of }) => of.map((m) => root.listMeshes()[m])))) : undefined;
+    const results = groups.length === 0 ? [] : await encodeMeshes(meshes, { ...rest, decoded: true, leave: true,
+      grids: grids_of(groups, quantizationVolume), offsets: offsets ?? undefined });
+    if (groups.length > 0 && (offsets === null || results.some(({ meets }) => meets === false)))
+      document.getLogger().warn(`[${kExtensionName}] Nodes place meshes so that their grids do not meet: surfaces that touch may come apart.`);
     results.forEach(({ unsupported }, i) => unsupported !== undefined && left.push(`${groups[i].place}: ${unsupported}`));
     if (left.length > 0) document.getLogger().warn(`[${kExtensionName}] Some geometry is left as it is: ${left.join('; ')}.`);
     if (results.every(({ unsupported }) => unsupported !== undefined)) return;
