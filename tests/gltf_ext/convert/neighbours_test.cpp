@@ -119,28 +119,6 @@ TEST(Neighbours, StockDracoKeepsTheGridsThatItStates) {
     }
 }
 
-// The last place of a grid may be decoded as a value beyond the grid, which no stream on that grid can have. A
-// new grid moves such values, within its bound.
-TEST(Neighbours, ValuesBeyondTheLastPlaceOfTheirGridAreEncodedAgain) {
-  uint32_t state = 1;
-  const auto random = [&] {
-    state = state * 1664525u + 1013904223u;
-    return static_cast<float>(state >> 8) / 65536.0f;
-  };
-  for (int round = 0; round < 300; ++round) {
-    Mesh mesh = make_grid(6, 6);
-    for (size_t i = 0; i < mesh.attributes[0].values.size(); i += sizeof(float)) {
-      const float value = random() / 64 - 0.07f;
-      std::memcpy(mesh.attributes[0].values.data() + i, &value, sizeof value);
-    }
-    Document document = in_stock_draco({mesh}, 14);
-    EncodeDocumentOptions options;
-    options.patches.count = 2;
-    options.patches.always = true;
-    must(encode(document, options));
-  }
-}
-
 TEST(Neighbours, GridsOfTheirOwnAreKeptInOneMesh) {
   Document document = in_stock_draco({sheet(0), sheet(right_of())}, 12, QuantizationVolume::kPrimitive);
   const Mesh a = must(read(document, 0, 0)), b = must(read(document, 0, 1));
