@@ -215,6 +215,16 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
   return bytes;
 }
 
+// Whether meshoptimizer compresses morph targets again. What they take in another order is known only then.
+bool compresses_again(const Document& document, const EncodeJob& job) {
+  const std::vector<AttributeRecords>& targets = document.records().primitive(job.group.ids.front()).targets;
+  return std::ranges::any_of(job.morphs, [&](const MorphAttribute& morph) {
+    const auto found = std::ranges::find(targets[morph.target], morph.semantic, &AttributeRecord::semantic);
+    const AccessorRecord& accessor = document.records().accessor(found->accessor);
+    return document.records().file_bytes(accessor) != accessor.stored_bytes();
+  });
+}
+
 // The bytes of geometries that share data, which goes only with all of them.
 struct SharedSizes {
   std::vector<PrimitiveId> ids;             // the first primitive of each
@@ -303,12 +313,14 @@ bool is_too_small_for_coarse(const Document& document, const EncodeDocumentOptio
 struct ExpectedGain {
   int64_t bytes = 0;
   size_t geometries = 0;
-  bool are_wanted = false;  // some are encoded whatever they take
+  bool are_wanted = false;   // some are encoded whatever they take
+  bool are_guesses = false;  // of some, morph targets are to be compressed again
 
   // Whether the asset may grow all the same: each geometry may have this much more JSON than was expected.
   bool is_doubtful() const {
     constexpr int64_t kDoubt = 512;
-    return !are_wanted && geometries > 0 && bytes < kDoubt * static_cast<int64_t>(geometries + 1);
+    const bool is_little = bytes < kDoubt * static_cast<int64_t>(geometries + 1);
+    return !are_wanted && geometries > 0 && (is_little || are_guesses);
   }
 };
 
@@ -319,8 +331,10 @@ void leave_what_lists_outweigh(const Document& document, std::span<const Sharing
   for (const SharingJobs& sharing : sets) {
     gain.bytes += sharing.sizes.gain();
     gain.geometries += sharing.jobs.size();
-    for (const EncodeJob* job : sharing.jobs)
+    for (const EncodeJob* job : sharing.jobs) {
       names.insert(job->stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName);
+      gain.are_guesses |= compresses_again(document, *job);
+    }
   }
   for (const std::string& name : names) gain.bytes -= list_growth(document, name.c_str());
   const bool is_draco = std::ranges::any_of(sets, [&](const SharingJobs& sharing) {

@@ -449,6 +449,40 @@ TEST(Meshopt, WhatIsLeftOfAViewIsCompressedAgain) {
             (std::map<std::string, size_t>{{"NONE" + std::to_string(points), 1}}));
 }
 
+// The targets move points in the order of the file, which takes few bytes in that order alone.
+TEST(Meshopt, AnAssetStaysAsItIsIfAnotherOrderMakesItLarger) {
+  constexpr size_t kTargets = 12;
+  Mesh mesh = make_grid(30, 20);
+  std::vector<uint32_t> order(mesh.point_count);
+  for (uint32_t i = 0; i < order.size(); ++i) order[i] = i * 1009 % mesh.point_count;
+  std::vector<float> positions(3 * order.size()), moves(3 * order.size());
+  const std::vector<float> from = values_of<float>(mesh.attributes[0]);
+  for (size_t i = 0; i < order.size(); ++i)
+    for (size_t c = 0; c < 3; ++c) {
+      positions[3 * order[i] + c] = from[3 * i + c];
+      moves[3 * i + c] = static_cast<float>(i / 64);
+    }
+  std::vector<uint32_t> indices;
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) indices.push_back(order[point]);
+  CompressedAsset asset;
+  asset.add(compress_attributes(bytes_of(positions), 12), 12, order.size(), "ATTRIBUTES", nullptr, kPositions);
+  asset.add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", nullptr, kIndices16);
+  Json targets = Json::array();
+  for (size_t i = 0; i < kTargets; ++i)
+    targets.push_back(
+        {{"NORMAL", asset.add(compress_attributes(bytes_of(moves), 12), 12, order.size(), "ATTRIBUTES", nullptr,
+                              {{"componentType", 5126}, {"type", "VEC3"}})}});
+  asset.json()["meshes"] = {
+      {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"targets", targets}}}}}};
+  Document document = must(asset.read());
+  const Json before = document.json();
+  const auto reports =
+      must(encode_document(document, EncodeDocumentOptions(), reference_backend(), test_pool()));
+  EXPECT_TRUE(contains(reports[0].skipped, "the asset would take "));
+  EXPECT_EQ(document.json(), before);
+}
+
 // Loaders without the extension read the plain bytes, which the file has as well.
 TEST(Meshopt, AFallbackThatWasShippedIsShipped) {
   const TestFolder folder;
