@@ -20,7 +20,7 @@ namespace psplit {
 // positions, those that coincide with another; of the edges, those whose ends get equal texture coordinates; of
 // texture coordinates, those that move by more than kTextureError. Real meshes have some of each
 // (docs/decisions.md).
-inline constexpr double kMostFlatFaces = 0.01, kMostCoinciding = 0.125, kMostEqualEnds = 0.05,
+inline constexpr double kMostFlatFaces = 0.03, kMostCoinciding = 0.125, kMostEqualEnds = 0.05,
                         kMostMoved = 0.01;
 // In textures.
 inline constexpr double kTextureError = 1.0 / 512;
