@@ -25,8 +25,9 @@ Attribute gathered(const Attribute& attribute, const std::vector<uint32_t>& poin
 }
 
 // The faces with these numbers, with points of their own in the order of the file.
-Mesh mesh_of_faces(const Mesh& mesh, const FaceTexcoords& texcoords, const std::vector<size_t>& faces,
-                   bool has_texcoords) {
+MeshFilePart part_of_faces(const MeshFilePart& whole, const FaceTexcoords& texcoords,
+                           const std::vector<size_t>& faces, bool has_texcoords) {
+  const Mesh& mesh = whole.mesh;
   std::vector<CornerPoint> corners;
   corners.reserve(3 * faces.size());
   for (const size_t face : faces)
@@ -38,7 +39,8 @@ Mesh mesh_of_faces(const Mesh& mesh, const FaceTexcoords& texcoords, const std::
   // Sorting takes the same time for every file; a hash table would not.
   std::sort(corners.begin(), corners.end(),
             [](const CornerPoint& a, const CornerPoint& b) { return a.key() < b.key(); });
-  Mesh part;
+  MeshFilePart result;
+  Mesh& part = result.mesh;
   part.faces.resize(faces.size());
   std::vector<uint32_t> points;
   Attribute coordinates{"TEXCOORD_0", ComponentType::kFloat32, 2, false, {}};
@@ -52,15 +54,21 @@ Mesh mesh_of_faces(const Mesh& mesh, const FaceTexcoords& texcoords, const std::
   }
   part.point_count = static_cast<uint32_t>(points.size());
   for (const Attribute& attribute : mesh.attributes)
-    if (attribute.semantic != "TEXCOORD_0") part.attributes.push_back(gathered(attribute, points));
+    if (attribute.semantic == "POSITION" && !whole.positions.empty())
+      part.attributes.push_back(attribute);
+    else if (attribute.semantic != "TEXCOORD_0")
+      part.attributes.push_back(gathered(attribute, points));
+  if (!whole.positions.empty())
+    for (const uint32_t point : points) result.positions.push_back(whole.positions[point]);
   if (has_texcoords) part.attributes.push_back(std::move(coordinates));
-  return part;
+  return result;
 }
 
 }  // namespace
 
-std::vector<MeshFilePart> parts_with_texcoords(Mesh mesh, const FaceTexcoords& texcoords,
+std::vector<MeshFilePart> parts_with_texcoords(MeshFilePart whole, const FaceTexcoords& texcoords,
                                                std::span<const int64_t> materials, Losses& losses) {
+  const Mesh& mesh = whole.mesh;
   if (mesh.find("TEXCOORD_0") != nullptr)
     losses.say("texture coordinates of vertices are left out: faces have others");
   std::map<int32_t, std::vector<size_t>> faces_of_texture;
@@ -74,9 +82,10 @@ std::vector<MeshFilePart> parts_with_texcoords(Mesh mesh, const FaceTexcoords& t
   losses.add("vertex of no face is left out", "vertices of no face are left out",
              static_cast<uint64_t>(std::ranges::count(is_used, false)));
   std::vector<MeshFilePart> parts;
-  for (const auto& [texture, faces] : faces_of_texture)
-    parts.push_back({mesh_of_faces(mesh, texcoords, faces, texture != FaceTexcoords::kNone),
-                     texture < 0 ? -1 : materials[static_cast<size_t>(texture)]});
+  for (const auto& [texture, faces] : faces_of_texture) {
+    parts.push_back(part_of_faces(whole, texcoords, faces, texture != FaceTexcoords::kNone));
+    parts.back().material = texture < 0 ? -1 : materials[static_cast<size_t>(texture)];
+  }
   return parts;
 }
 

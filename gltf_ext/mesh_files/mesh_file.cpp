@@ -22,6 +22,19 @@ size_t stored_bytes(const MeshFile& file) {
   return bytes;
 }
 
+// The corners as floats. False if these say much less of the polygon: only then do its digits count. Otherwise
+// its triangles are those of a file of floats.
+bool round_corners(std::span<const PrecisePosition> polygon, std::vector<PrecisePosition>& rounded) {
+  constexpr double kMostLoss = 1.0 / 256;  // of the polygon's extent
+  rounded.clear();
+  PositionSpread spread;
+  for (const PrecisePosition& corner : polygon) {
+    spread.add(corner);
+    rounded.push_back({rounded_to_float(corner[0]), rounded_to_float(corner[1]), rounded_to_float(corner[2])});
+  }
+  return spread.loss <= kMostLoss * spread.extent();
+}
+
 }  // namespace
 
 void Losses::add(const std::string& singular, const std::string& plural, uint64_t count) {
@@ -42,13 +55,14 @@ std::vector<std::string> Losses::sentences() const {
   return sentences;
 }
 
-void PolygonReader::add(std::span<const uint32_t> points, std::span<const Position> positions,
+void PolygonReader::add(std::span<const uint32_t> points, std::span<const PrecisePosition> positions,
                         Array<std::array<uint32_t, 3>>& faces) {
   if (points.size() == 3) {
     faces.push_back({points[0], points[1], points[2]});
   } else if (points.size() < 3) {
     losses_.add("face of fewer than 3 corners is left out", "faces of fewer than 3 corners are left out");
   } else {
+    if (round_corners(positions, rounded_)) positions = rounded_;
     for (const auto& [a, b, c] : triangulator_.triangulate(positions))
       faces.push_back({points[a], points[b], points[c]});
   }
@@ -70,6 +84,10 @@ bool is_finite(const Position& position) {
   return std::ranges::all_of(position, [](float value) { return std::isfinite(value); });
 }
 
+PrecisePosition precise(const Position& position) {
+  return {double{position[0]}, double{position[1]}, double{position[2]}};
+}
+
 void flip_v(Array<std::byte>& texcoords) {
   for (size_t at = sizeof(float); at < texcoords.size(); at += 2 * sizeof(float)) {
     float v = 0;
@@ -79,15 +97,20 @@ void flip_v(Array<std::byte>& texcoords) {
   }
 }
 
-Status MeshBuilder::begin(std::span<const Attribute> layout, size_t expected_points) {
+Status MeshBuilder::begin(std::span<const Attribute> layout, size_t expected_points, bool are_precise) {
   mesh_.attributes.assign(layout.begin(), layout.end());
-  for (Attribute& attribute : mesh_.attributes) attribute.values.reserve(expected_points * attribute.stride());
+  are_precise_ = are_precise;
+  if (are_precise) positions_.reserve(expected_points);
+  for (size_t i = are_precise ? 1 : 0; i < mesh_.attributes.size(); ++i)
+    mesh_.attributes[i].values.reserve(expected_points * mesh_.attributes[i].stride());
   return {};
 }
 
-Status MeshBuilder::add_points(std::span<const Attribute> block, size_t count) {
+Status MeshBuilder::add_points(std::span<const Attribute> block, size_t count,
+                               std::span<const PrecisePosition> positions) {
   mesh_.point_count += static_cast<uint32_t>(count);
-  for (size_t i = 0; i < block.size(); ++i) {
+  positions_.insert(positions_.end(), positions.begin(), positions.end());
+  for (size_t i = are_precise_ ? 1 : 0; i < block.size(); ++i) {
     Array<std::byte>& values = mesh_.attributes[i].values;
     const size_t size = values.size();
     values.resize(size + block[i].values.size());
@@ -101,7 +124,9 @@ Status MeshBuilder::add_faces(std::span<const std::array<uint32_t, 3>> faces) {
   return {};
 }
 
-Expected<Position> MeshBuilder::position(uint32_t point) { return position_at(mesh_.attributes[0], point); }
+Expected<PrecisePosition> MeshBuilder::position(uint32_t point) {
+  return are_precise_ ? positions_[point] : precise(position_at(mesh_.attributes[0], point));
+}
 
 Expected<Document> document_from_mesh_file(MeshFile file) {
   std::erase_if(file.objects, [](MeshFileObject& object) {
@@ -133,6 +158,7 @@ Document document_of_objects(MeshFile file) {
     if (!object.name.empty()) mesh["name"] = node["name"] = as_utf8(object.name);
     mesh["primitives"] = std::move(primitives);
     node["mesh"] = meshes.size();
+    if (object.origin != PrecisePosition{}) node["translation"] = object.origin;
     roots.push_back(nodes.size());
     meshes.push_back(std::move(mesh));
     nodes.push_back(std::move(node));

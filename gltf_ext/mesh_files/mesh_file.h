@@ -11,6 +11,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/json/json.h"
+#include "gltf_ext/mesh_files/origin.h"
 #include "gltf_ext/mesh_files/triangulate.h"
 #include "src/mesh/mesh.h"
 #include "src/status.h"
@@ -21,12 +22,16 @@ namespace psplit {
 struct MeshFilePart {
   Mesh mesh;
   int64_t material = -1;  // index into MeshFile::materials, or -1
+  // The positions of a file that may say more than floats can. POSITION, the first attribute, has no values
+  // until settle_positions.
+  std::vector<PrecisePosition> positions{};
 };
 
 // A named object of the file: it becomes a mesh with a node.
 struct MeshFileObject {
   std::string name;
   std::vector<MeshFilePart> parts;
+  PrecisePosition origin{};  // the translation of its node
 };
 
 // The data of a file that is left out or changed, as sentences with counts.
@@ -59,7 +64,7 @@ class PolygonReader {
 
   // Appends the triangles of the polygon with the corners `points` at `positions`. A polygon of fewer than 3
   // corners is a loss.
-  void add(std::span<const uint32_t> points, std::span<const Position> positions,
+  void add(std::span<const uint32_t> points, std::span<const PrecisePosition> positions,
            Array<std::array<uint32_t, 3>>& faces);
   // Adds a loss for polygons that cross themselves. Call it after the last add().
   void finish();
@@ -67,11 +72,13 @@ class PolygonReader {
  private:
   Losses& losses_;
   Triangulator triangulator_;
+  std::vector<PrecisePosition> rounded_;  // of one polygon
 };
 
 // The position of a point; `positions` must be a POSITION of floats.
 Position position_at(const Attribute& positions, uint32_t point);
 bool is_finite(const Position& position);
+PrecisePosition precise(const Position& position);
 
 // Pairs of floats. Mesh files count v from the bottom of the image, glTF from the top.
 void flip_v(Array<std::byte>& texcoords);
@@ -82,31 +89,37 @@ class MeshSink {
   virtual ~MeshSink() = default;
 
   // Comes first. `layout` has the attributes without values; POSITION is the first, and holds floats.
-  // `expected_points` is a number of points that the size of the file justifies memory for.
-  virtual Status begin(std::span<const Attribute> layout, size_t expected_points) = 0;
-  // The next `count` points: the attributes of `layout` with the values of these points.
-  virtual Status add_points(std::span<const Attribute> block, size_t count) = 0;
+  // `expected_points` is a number of points that the size of the file justifies memory for. `are_precise`: the
+  // positions of points come as doubles.
+  virtual Status begin(std::span<const Attribute> layout, size_t expected_points, bool are_precise) = 0;
+  // The next `count` points: the attributes of `layout` with the values of these points. `positions` has
+  // doubles in the place of POSITION, if begin() said so.
+  virtual Status add_points(std::span<const Attribute> block, size_t count,
+                            std::span<const PrecisePosition> positions) = 0;
   // A number of faces that the size of the file justifies memory for.
   virtual void expect_faces(size_t count) = 0;
   // Faces of points that were added before.
   virtual Status add_faces(std::span<const std::array<uint32_t, 3>> faces) = 0;
   // The position of a point that was added before.
-  virtual Expected<Position> position(uint32_t point) = 0;
+  virtual Expected<PrecisePosition> position(uint32_t point) = 0;
 };
 
 // A mesh in memory.
 class MeshBuilder : public MeshSink {
  public:
-  Status begin(std::span<const Attribute> layout, size_t expected_points) override;
-  Status add_points(std::span<const Attribute> block, size_t count) override;
+  Status begin(std::span<const Attribute> layout, size_t expected_points, bool are_precise) override;
+  Status add_points(std::span<const Attribute> block, size_t count,
+                    std::span<const PrecisePosition> positions) override;
   void expect_faces(size_t count) override { mesh_.faces.reserve(mesh_.faces.size() + count); }
   Status add_faces(std::span<const std::array<uint32_t, 3>> faces) override;
-  Expected<Position> position(uint32_t point) override;
+  Expected<PrecisePosition> position(uint32_t point) override;
 
-  Mesh take() { return std::move(mesh_); }
+  MeshFilePart take() { return {std::move(mesh_), -1, std::move(positions_)}; }
 
  private:
   Mesh mesh_;
+  bool are_precise_ = false;
+  std::vector<PrecisePosition> positions_;
 };
 
 // One mesh and one node for each object. The values are moved from `file` into the document one after the

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/point_table.h"
@@ -71,18 +72,20 @@ class ObjReader {
   }
 
   // The values of "v", "vt" or "vn". They are empty if there is a sink.
-  template <size_t N>
+  template <typename Value>
   struct Values {
     ObjValues kind;
-    std::vector<std::array<float, N>> values{};
+    std::vector<Value> values{};
     size_t count = 0;
-    const std::array<float, N>& operator[](size_t i) const { return values[i]; }
+    const Value& operator[](size_t i) const { return values[i]; }
   };
-  template <size_t N>
-  bool put(Values<N>& to, const std::array<float, N>& value) {
+  template <typename Value>
+  bool put(Values<Value>& to, const Value& value) {
     ++to.count;
     if (sink_ == nullptr)
       to.values.push_back(value);
+    else if constexpr (std::is_same_v<Value, PrecisePosition>)
+      error_ = sink_->add_position(value);
     else
       error_ = sink_->add_value(to.kind, value);
     return error_.ok();
@@ -145,29 +148,33 @@ class ObjReader {
   }
 
   // Reads numbers to the end of the line, at most values.size(). False if a word is not a number.
-  bool read_numbers(std::span<float> values, size_t& count) {
+  // The nearest float of each is that of its word.
+  bool read_numbers(std::span<double> values, size_t& count) {
     for (count = 0;; ++count) {
       const std::string_view found = word();
       if (found.empty()) return true;
       if (count == values.size()) return true;
-      const std::optional<float> number = parse_float(found);
+      const std::optional<double> number = parse_precise(found);
       if (!number) return fail(in_quotes(found) + " is not a number");
       values[count] = *number;
     }
   }
 
+  static std::array<float, 3> floats_of(const double* values) {
+    return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
+  }
+
   bool read_position() {
-    std::array<float, 7> values;
+    std::array<double, 7> values;
     size_t count = 0;
     if (!read_numbers(values, count)) return false;
     if (count < 3) return fail("a vertex of fewer than 3 numbers");
     if (positions_.count == kNone - 1) return fail("more vertices than 32 bits can count");
-    for (size_t i = 0; i < 3; ++i)
-      if (!std::isfinite(values[i])) return fail("a position that is not finite");
-    if (!put(positions_, {values[0], values[1], values[2]})) return false;
+    const PrecisePosition position{values[0], values[1], values[2]};
+    if (!is_finite(position)) return fail("a position that is not finite");
+    if (!put(positions_, position)) return false;
     // Either all vertices have colours, or colours are left out.
-    if (count == 6 && colors_.count + 1 == positions_.count)
-      return put(colors_, {values[3], values[4], values[5]});
+    if (count == 6 && colors_.count + 1 == positions_.count) return put(colors_, floats_of(&values[3]));
     if (count == 6 || colors_.count > 0) some_lack_colors_ = true;
     return true;
   }
@@ -186,16 +193,16 @@ class ObjReader {
     }
     if (count == 0) return fail("texture coordinates without a number");
     if (texcoords_.count == kNone - 1) return fail("more texture coordinates than 32 bits can count");
-    return put(texcoords_, {static_cast<float>(values[0]), static_cast<float>(1 - values[1])});
+    return put(texcoords_, std::array{static_cast<float>(values[0]), static_cast<float>(1 - values[1])});
   }
 
   bool read_normal() {
-    std::array<float, 3> values{};
+    std::array<double, 3> values{};
     size_t count = 0;
     if (!read_numbers(values, count)) return false;
     if (count < 3) return fail("a normal of fewer than 3 numbers");
     if (normals_.count == kNone - 1) return fail("more normals than 32 bits can count");
-    return put(normals_, {values[0], values[1], values[2]});
+    return put(normals_, floats_of(values.data()));
   }
 
   // An index of a corner: counted from 1, or from the end if it is negative.
@@ -370,8 +377,9 @@ class ObjReader {
   }
 
   // Gathers the attributes of each part's points.
-  Mesh mesh_of(Part& part, const std::vector<uint32_t>& points) const {
-    Mesh mesh;
+  MeshFilePart gathered(Part& part, const std::vector<uint32_t>& points) const {
+    MeshFilePart result;
+    Mesh& mesh = result.mesh;
     mesh.point_count = part.point_count;
     mesh.faces = std::move(part.faces);
     std::vector<uint32_t> indices(points.size());
@@ -379,7 +387,9 @@ class ObjReader {
       for (size_t i = 0; i < points.size(); ++i) indices[i] = points_.points()[points[i]].corner.*member;
     };
     fill(&Corner::position);
-    mesh.attributes.push_back(attribute_of("POSITION", positions_.values, indices));
+    mesh.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, {}});
+    result.positions.reserve(indices.size());
+    for (const uint32_t index : indices) result.positions.push_back(positions_[index]);
     if (colors_.count > 0 && !some_lack_colors_)
       mesh.attributes.push_back(attribute_of("COLOR_0", colors_.values, indices));
     if (part.normals) {
@@ -390,7 +400,7 @@ class ObjReader {
       fill(&Corner::texcoord);
       mesh.attributes.push_back(attribute_of("TEXCOORD_0", texcoords_.values, indices));
     }
-    return mesh;
+    return result;
   }
 
   // The index of a material in file_.
@@ -417,7 +427,8 @@ class ObjReader {
       Part& part = parts_[i];
       if (part.faces.empty()) continue;
       const int64_t material = use(part.material);
-      file_.objects[part.object].parts.push_back({mesh_of(part, points_of_part[i]), material});
+      file_.objects[part.object].parts.push_back(gathered(part, points_of_part[i]));
+      file_.objects[part.object].parts.back().material = material;
       points_of_part[i] = {};
     }
   }
@@ -439,8 +450,9 @@ class ObjReader {
   Status error_;
   std::string word_before_end_;
 
-  Values<3> positions_{ObjValues::kPosition}, normals_{ObjValues::kNormal}, colors_{ObjValues::kColor};
-  Values<2> texcoords_{ObjValues::kTexcoord};
+  Values<PrecisePosition> positions_{ObjValues::kPosition};
+  Values<std::array<float, 3>> normals_{ObjValues::kNormal}, colors_{ObjValues::kColor};
+  Values<std::array<float, 2>> texcoords_{ObjValues::kTexcoord};
   bool some_lack_colors_ = false;
 
   std::vector<std::string> object_names_{""}, material_names_;
@@ -461,7 +473,7 @@ class ObjReader {
 
   std::vector<Corner> corners_;  // the corners of one face
   std::vector<uint32_t> numbers_;
-  std::vector<Position> corner_positions_;
+  std::vector<PrecisePosition> corner_positions_;
 };
 
 }  // namespace

@@ -26,7 +26,8 @@ enum class ObjValues { kPosition, kColor, kTexcoord, kNormal };
 class ObjSink {
  public:
   virtual ~ObjSink() = default;
-  virtual Status add_value(ObjValues kind, std::span<const float> value) = 0;
+  virtual Status add_position(const PrecisePosition& position) = 0;
+  virtual Status add_value(ObjValues kind, std::span<const float> value) = 0;  // all others
   // Texture coordinates and normals may follow the faces that name them, and so may positions.
   virtual Status add_face(std::span<const ObjCorner> corners) = 0;
 };

@@ -37,7 +37,7 @@ class OffReader {
     polygons_.finish();
     if (!read_trailer()) return error_;
     if (mesh_.point_count == 0) return invalid_input("OFF: no vertices");
-    file_.objects.push_back({"", {{std::move(mesh_), -1}}});
+    file_.objects.push_back({"", {{std::move(mesh_), -1, std::move(positions_)}}});
     return std::move(file_);
   }
 
@@ -108,10 +108,11 @@ class OffReader {
     return true;
   }
 
-  bool read_number(float& value) {
+  // The float that is nearest to it is that of the word.
+  bool read_number(double& value) {
     const std::string_view word = next_word();
     if (word.empty()) return fail("the file ends early");
-    const std::optional<float> number = parse_float(word);
+    const std::optional<double> number = parse_precise(word);
     if (!number) return fail(in_quotes(word) + " is not a number");
     value = *number;
     return true;
@@ -119,9 +120,9 @@ class OffReader {
 
   bool append(Array<std::byte>& values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
-      float value = 0;
+      double value = 0;
       if (!read_number(value)) return false;
-      append_value(values, value);
+      append_value(values, static_cast<float>(value));
     }
     return true;
   }
@@ -158,9 +159,9 @@ class OffReader {
 
   bool read_vertices() {
     for (uint64_t i = 0; i < vertex_count_; ++i) {
-      if (!append(positions_, 3)) return false;
-      Position position;
-      std::memcpy(position.data(), positions_.data() + positions_.size() - sizeof position, sizeof position);
+      PrecisePosition& position = positions_.emplace_back();
+      for (double& value : position)
+        if (!read_number(value)) return false;
       if (!is_finite(position)) return fail("the position of vertex " + std::to_string(i) + " is not finite");
       if (form_.normals && !append(normals_, 3)) return false;
       if (form_.colors && !append_color(colors_, i)) return false;
@@ -174,7 +175,7 @@ class OffReader {
     mesh_.point_count = static_cast<uint32_t>(vertex_count_);
     scale_colors();
     flip_v(texcoords_);
-    add_attribute("POSITION", 3, positions_);
+    mesh_.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, {}});
     add_attribute("NORMAL", 3, normals_);
     add_attribute("COLOR_0", static_cast<uint8_t>(color_count_), colors_);
     add_attribute("TEXCOORD_0", 2, texcoords_);
@@ -212,7 +213,7 @@ class OffReader {
 
   bool read_faces() {
     std::vector<uint32_t> corners;
-    std::vector<Position> corner_positions;
+    std::vector<PrecisePosition> corner_positions;
     uint64_t with_colors = 0;
     for (uint64_t n = 0; n < face_count_; ++n) {
       const std::string_view word = next_word();
@@ -227,7 +228,7 @@ class OffReader {
         uint32_t corner = 0;
         if (!read_corner(corner)) return false;
         corners.push_back(corner);
-        if (*length > 3) corner_positions.push_back(position_at(mesh_.attributes[0], corner));
+        if (*length > 3) corner_positions.push_back(positions_[corner]);
       }
       polygons_.add(corners, corner_positions, mesh_.faces);
       if (const std::string_view rest = word_of_line(); !rest.empty()) {
@@ -253,7 +254,8 @@ class OffReader {
   OffForm form_;
   std::string first_;  // the word after the keyword
   uint64_t vertex_count_ = 0, face_count_ = 0, with_more_ = 0;
-  Array<std::byte> positions_, normals_, colors_, texcoords_;
+  std::vector<PrecisePosition> positions_;
+  Array<std::byte> normals_, colors_, texcoords_;
   size_t color_count_ = 3;
   bool whole_colors_ = true;
   float brightest_ = 0;

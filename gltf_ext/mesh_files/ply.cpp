@@ -41,6 +41,11 @@ class VertexLayout {
   // False if there are no positions.
   bool plan(Losses& losses) {
     if (!take("POSITION", {"x", "y", "z"}, ComponentType::kFloat32, false)) return false;
+    for (const char* name : {"x", "y", "z"}) {
+      const PlyType type = element_.properties[find(name)].type;
+      is_precise_ =
+          is_precise_ || type == PlyType::kFloat64 || type == PlyType::kInt32 || type == PlyType::kUint32;
+    }
     take("NORMAL", {"nx", "ny", "nz"}, ComponentType::kFloat32, false);
     take_colors();
     for (const auto& [s, t] :
@@ -61,6 +66,9 @@ class VertexLayout {
   }
 
   std::vector<Attribute>& attributes() { return attributes_; }
+  // Whether positions may say more than floats can. Then they are in positions(), and not among the attributes.
+  bool is_precise() const { return is_precise_; }
+  std::vector<PrecisePosition>& positions() { return positions_; }
   const std::vector<Target>& targets() const { return targets_; }
   void flip_texcoords() {
     if (texcoord_ != kNoAttribute) flip_v(attributes_[texcoord_].values);
@@ -114,6 +122,8 @@ class VertexLayout {
 
   const PlyElement& element_;
   std::vector<Attribute> attributes_;
+  std::vector<PrecisePosition> positions_;
+  bool is_precise_ = false;
   std::vector<Target> targets_;
   size_t texcoord_ = kNoAttribute;
 };
@@ -247,7 +257,7 @@ class PlainVertexReader {
                           type == ComponentType::kFloat32, property.type == PlyType::kFloat32,
                           range_of(property.type).second});
     }
-    is_possible_ &= columns_.size() == values_.size();
+    is_possible_ &= columns_.size() == values_.size() && !layout.is_precise();
   }
 
   bool is_possible() const { return is_possible_; }
@@ -430,7 +440,7 @@ class PlyReader {
     if (!layout.plan(losses_)) return values_.fail("vertices without x, y and z");
     size_t expected = 0;
     if (!justify(element, expected)) return false;
-    if (!take(sink_.begin(layout.attributes(), expected))) return false;
+    if (!take(sink_.begin(layout.attributes(), expected, layout.is_precise()))) return false;
     constexpr uint64_t kBlock = 1024;  // points
     const PlainVertexReader plain(element, layout);
     PlainAttempts attempts(values_.is_text() && plain.is_possible());
@@ -441,10 +451,11 @@ class PlyReader {
       }
       const auto count = static_cast<size_t>(std::min(kBlock, element.count - first));
       for (Attribute& attribute : layout.attributes()) attribute.values.resize(count * attribute.stride());
+      if (layout.is_precise()) layout.positions().resize(count);
       for (size_t i = 0; i < count; ++i)
         if (!read_vertex(element, layout, first, i)) return false;
       layout.flip_texcoords();
-      if (!take(sink_.add_points(layout.attributes(), count))) return false;
+      if (!take(sink_.add_points(layout.attributes(), count, layout.positions()))) return false;
       first += count;
     }
     has_vertices_ = true;
@@ -462,7 +473,7 @@ class PlyReader {
       count += slice.row_count;
       for (size_t i = 0; i < slice.rows.size(); ++i) layout.attributes()[i].values.swap(slice.rows[i]);
       layout.flip_texcoords();
-      if (!take(sink_.add_points(layout.attributes(), static_cast<size_t>(slice.row_count)))) return false;
+      if (!take(sink_.add_points(layout.attributes(), static_cast<size_t>(slice.row_count), {}))) return false;
     }
     row += count;
     attempts.note(row, count, slices.back().is_complete);
@@ -480,10 +491,15 @@ class PlyReader {
       double value = 0;
       if (!values_.next(property.type, value)) return false;
       const Target& target = layout.targets()[k];
+      if (target.attribute == 0 && layout.is_precise()) {
+        layout.positions()[i][target.component] = value;
+        continue;
+      }
       Attribute& attribute = layout.attributes()[target.attribute];
       store(attribute, i * attribute.component_count + target.component, property.type, value);
     }
-    if (!is_finite(position_at(layout.attributes()[0], static_cast<uint32_t>(i))))
+    if (layout.is_precise() ? !is_finite(layout.positions()[i])
+                            : !is_finite(position_at(layout.attributes()[0], static_cast<uint32_t>(i))))
       return values_.fail("the position of vertex " + std::to_string(first + i) + " is not finite");
     return values_.end_element();
   }
@@ -658,7 +674,7 @@ class PlyReader {
       if (!read_corner(property.type, corner)) return false;
       corners_.push_back(corner);
       if (length <= 3) continue;
-      const Expected<Position> position = sink_.position(corner);
+      const Expected<PrecisePosition> position = sink_.position(corner);
       if (!position) return values_.fail(position.status());
       positions_.push_back(*position);
     }
@@ -718,7 +734,7 @@ class PlyReader {
   uint64_t passed_faces_ = 0;  // to the sink
   // Of one polygon.
   std::vector<uint32_t> corners_, corner_numbers_;
-  std::vector<Position> positions_;
+  std::vector<PrecisePosition> positions_;
   Array<std::array<uint32_t, 3>> triangles_;
   std::vector<float> corner_texcoords_;
   int32_t texture_ = 0;
@@ -758,7 +774,8 @@ Expected<MeshFile> read_ply(Scanner& scanner, const ThreadPool& pool) {
   FaceTexcoords texcoords;
   Status status = PlyReader(scanner, *header, builder, file.losses, &texcoords, pool).read();
   if (!status.ok()) return status;
-  Mesh mesh = builder.take();
+  MeshFilePart whole = builder.take();
+  const Mesh& mesh = whole.mesh;
   const bool of_faces = !texcoords.textures.empty();
   if (!of_faces && mesh.find("TEXCOORD_0") == nullptr && !header->textures.empty()) {
     file.losses.say("textures are left out: there are no texture coordinates");
@@ -771,9 +788,10 @@ Expected<MeshFile> read_ply(Scanner& scanner, const ThreadPool& pool) {
   const std::vector<int64_t> materials = add_materials(header->textures, file);
   MeshFileObject& object = file.objects.emplace_back();
   if (of_faces)
-    object.parts = parts_with_texcoords(std::move(mesh), texcoords, materials, file.losses);
+    object.parts = parts_with_texcoords(std::move(whole), texcoords, materials, file.losses);
   else
-    object.parts.push_back({std::move(mesh), materials.empty() ? -1 : materials[0]});
+    object.parts.push_back(std::move(whole));
+  if (!of_faces && !materials.empty()) object.parts[0].material = materials[0];
   return file;
 }
 

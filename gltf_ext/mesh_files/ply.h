@@ -10,7 +10,7 @@ namespace psplit {
 
 // Reads polygons (an element "face" with a list vertex_indices or vertex_index), triangle strips ("tristrips")
 // and these properties of vertices:
-//   x y z                              POSITION, as floats
+//   x y z                              POSITION: floats, and doubles of doubles and 32-bit integers
 //   nx ny nz                           NORMAL
 //   red green blue [alpha]             COLOR_0: floats, or normalized uchar or ushort; also diffuse_red ... and
 //                                      r g b a

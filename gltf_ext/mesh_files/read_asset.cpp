@@ -91,23 +91,24 @@ Expected<Asset> asset_of(Expected<Document> document) {
 }
 
 Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source,
-                               const ThreadPool& pool) {
+                               const ThreadPool& pool, const OriginChoice& origin) {
   std::vector<fs::path> libraries;
   Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner, pool)
-                            : format == AssetFormat::kStl ? read_stl(scanner)
+                            : format == AssetFormat::kStl ? read_stl(scanner, origin)
                             : format == AssetFormat::kOff
                                 ? read_off(scanner)
                                 : read_obj(scanner, libraries_beside(source, libraries));
   // A failure of the stream is the reason why the rest of the file is missing.
   if (Status status = scanner.failure(); !status.ok()) return status;
   if (!file) return file.status();
+  if (format != AssetFormat::kStl) settle_positions(*file, origin);
   repair_values(*file);
   std::vector<std::string> warnings = file->losses.sentences();
   say_heights(*file, source.parent_path(), warnings);
   Expected<Document> document = document_from_mesh_file(std::move(*file));
   if (!document) return document.status();
   document->files = std::move(libraries);
-  return Asset{std::move(*document), std::move(warnings)};
+  return Asset{std::move(*document), std::move(warnings), true};
 }
 
 // Whether the bytes of the file are those of the asset: it is neither stdin nor packed.
@@ -120,7 +121,8 @@ bool is_plain_file(const fs::path& source) {
 // `mapped`: the bytes of the stream, or null.
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
                             const DescribeStream& describe, FileAccess access, const MappedFile* mapped,
-                            const DecodePoints& decode_points, const ThreadPool& pool) {
+                            const DecodePoints& decode_points, const ThreadPool& pool,
+                            const OriginChoice& origin) {
   Expected<Scanner> opened = open_scanner(std::move(stream));
   if (!opened) return opened.status();
   Scanner& scanner = *opened;
@@ -131,7 +133,7 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
     return asset_of(parse_document(*mapped, source));
   if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
     return asset_of(read_whole_file(scanner, *format, source, describe, decode_points));
-  if (format) return read_mesh_file(scanner, *format, source, pool);
+  if (format) return read_mesh_file(scanner, *format, source, pool, origin);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "a format that is not known; these are read: " + asset_extensions_text();
   return unsupported(text);
@@ -139,11 +141,11 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
 
 Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source, const DescribeStream& describe,
                      FileAccess access, const MappedFile* mapped, const DecodePoints& decode_points,
-                     const ThreadPool& pool) {
+                     const ThreadPool& pool, const OriginChoice& origin) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
     Expected<Asset> asset =
-        read_stream(std::move(stream), source, describe, access, mapped, decode_points, pool);
+        read_stream(std::move(stream), source, describe, access, mapped, decode_points, pool, origin);
     if (!asset) return asset.status().at(place);
     asset->document.source = source;
     std::vector<fs::path>& files = asset->document.files;
@@ -182,21 +184,23 @@ void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::
 }
 
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
-                           const DescribeStream& describe) {
-  return read(std::move(stream), source, describe, FileAccess::kRead, nullptr, {}, ThreadPool(1));
+                           const DescribeStream& describe, const OriginChoice& origin) {
+  return read(std::move(stream), source, describe, FileAccess::kRead, nullptr, {}, ThreadPool(1), origin);
 }
 
 Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const DescribeStream& describe,
-                           const DecodePoints& decode_points, const ThreadPool& pool) {
-  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file, decode_points, pool);
+                           const DecodePoints& decode_points, const ThreadPool& pool,
+                           const OriginChoice& origin) {
+  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file, decode_points, pool,
+              origin);
 }
 
 Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access,
-                           const Progress& progress, const DecodePoints& decode_points,
-                           const ThreadPool& pool) {
+                           const Progress& progress, const DecodePoints& decode_points, const ThreadPool& pool,
+                           const OriginChoice& origin) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
-  return read(std::move(*stream), path, describe, access, nullptr, decode_points, pool);
+  return read(std::move(*stream), path, describe, access, nullptr, decode_points, pool, origin);
 }
 
 Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder) {

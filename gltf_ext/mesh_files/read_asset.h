@@ -12,6 +12,7 @@
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
+#include "gltf_ext/mesh_files/origin.h"
 #include "gltf_ext/mesh_files/scanner.h"
 #include "src/container/stream_description.h"
 
@@ -27,6 +28,7 @@ void say_heights(const MeshFile& file, const std::filesystem::path& folder, std:
 struct Asset {
   Document document;
   std::vector<std::string> warnings;  // sentences about data that was left out or changed
+  bool is_mesh_file = false;  // PLY, OBJ, STL or OFF: translations of nodes are the origins of positions
 };
 
 // Reads glTF, GLB, Draco, PLY, OBJ, STL and OFF, each of them plain or packed by gzip; "-" is stdin. The
@@ -34,20 +36,22 @@ struct Asset {
 // decides. `describe` describes a Draco stream (gltf_ext/mesh_files/draco_file.h). Mesh files are read through
 // a window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
 // `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped. Draco
-// files of points are read if `decode_points` is not empty. `pool` reads the text of PLY files. Errors: kIo,
-// kInvalidInput, kUnsupported (another format, another point cloud).
+// files of points are read if `decode_points` is not empty. `pool` reads the text of PLY files. `origin`: what
+// is subtracted from the positions of mesh files. Errors: kIo, kInvalidInput, kUnsupported (another format,
+// another point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
                            FileAccess access = FileAccess::kRead, const Progress& progress = {},
-                           const DecodePoints& decode_points = {}, const ThreadPool& pool = ThreadPool(1));
+                           const DecodePoints& decode_points = {}, const ThreadPool& pool = ThreadPool(1),
+                           const OriginChoice& origin = {});
 
 // The same for a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
                            const DescribeStream& describe, const DecodePoints& decode_points = {},
-                           const ThreadPool& pool = ThreadPool(1));
+                           const ThreadPool& pool = ThreadPool(1), const OriginChoice& origin = {});
 
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
-                           const DescribeStream& describe);
+                           const DescribeStream& describe, const OriginChoice& origin = {});
 
 // The bytes of a stream that can be read only once, such as a pipe, in a temporary file.
 struct SpooledBytes {

@@ -187,7 +187,10 @@ uint64_t Scanner::drain() {
   return offset() - begin;
 }
 
-const char* parse_plain_float(const char* at, const char* end, float& value) {
+namespace {
+
+// Of a number that parse_plain_float reads, the nearest double.
+const char* parse_plain_double(const char* at, const char* end, double& value) {
   // These powers are exact.
   static constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                        1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
@@ -228,7 +231,16 @@ const char* parse_plain_float(const char* at, const char* end, float& value) {
   constexpr uint64_t kBelowFloat = (uint64_t{1} << 29) - 1, kMiddle = uint64_t{1} << 28;
   if ((std::bit_cast<uint64_t>(wide) & kBelowFloat) == kMiddle) return nullptr;
   if (digits != 0 && !(wide >= double{std::numeric_limits<float>::min()} && wide < 1e38)) return nullptr;
-  value = static_cast<float>(is_negative ? -wide : wide);
+  value = is_negative ? -wide : wide;
+  return at;
+}
+
+}  // namespace
+
+const char* parse_plain_float(const char* at, const char* end, float& value) {
+  double wide = 0;
+  at = parse_plain_double(at, end, wide);
+  value = static_cast<float>(wide);
   return at;
 }
 
@@ -247,6 +259,17 @@ std::optional<float> parse_float(std::string_view word) {
   return parse_plain_float(word.data(), end, value) == end ? value : parse_number<float>(word);
 }
 std::optional<double> parse_double(std::string_view word) { return parse_number<double>(word); }
+std::optional<double> parse_precise(std::string_view word) {
+  const char* const end = word.data() + word.size();
+  double value = 0;
+  if (parse_plain_double(word.data(), end, value) == end) return value;
+  const std::optional<float> once = parse_number<float>(word);
+  const std::optional<double> number = parse_number<double>(word);
+  if (!once || !number || std::isnan(*once)) return once ? std::optional(double{*once}) : std::nullopt;
+  if (static_cast<float>(*number) == *once) return number;
+  const double next = std::nextafter(*number, double{*once});
+  return static_cast<float>(next) == *once ? next : double{*once};
+}
 std::optional<int64_t> parse_integer(std::string_view word) {
   const char* const end = word.data() + word.size();
   uint32_t value = 0;

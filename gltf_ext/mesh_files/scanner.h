@@ -66,6 +66,9 @@ class Scanner {
 // and what C libraries print for these ("-1.#IND").
 std::optional<float> parse_float(std::string_view word);
 std::optional<double> parse_double(std::string_view word);
+// The double nearest to the number, whose nearest float is what parse_float gives: where rounding twice would
+// give another one, it is the next double. Nothing if parse_float gives nothing.
+std::optional<double> parse_precise(std::string_view word);
 // Decimal digits after at most one sign.
 std::optional<int64_t> parse_integer(std::string_view word);
 

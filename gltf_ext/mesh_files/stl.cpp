@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "gltf_ext/mesh_files/point_table.h"
 
@@ -24,7 +25,9 @@ uint32_t facet_count_of(std::string_view header) {
   return count;
 }
 
-bool has_finite_corners(const Facet& facet) { return std::ranges::all_of(facet.corners, is_finite); }
+bool has_finite_corners(const auto& facet) {
+  return std::ranges::all_of(facet.corners, [](const auto& corner) { return is_finite(corner); });
+}
 
 // Merges points with equal position and normal.
 class SoupBuilder {
@@ -61,7 +64,8 @@ class SoupBuilder {
   Array<std::array<uint32_t, 3>> faces_;
 };
 
-// A mesh of each solid, in memory.
+// A mesh of each solid, in memory. The facets of a text wait until its origin is known: which corners are equal
+// depends on it.
 class SolidBuilder : public FacetSink {
  public:
   explicit SolidBuilder(Losses& losses) : losses_(losses) {}
@@ -71,26 +75,75 @@ class SolidBuilder : public FacetSink {
     return {};
   }
 
+  Status add(const PreciseFacet& facet) override {
+    facets_.push_back(facet);
+    return {};
+  }
+
   void end_solid(const std::string& name, uint64_t offset) override {
     name_ = name;
-    if (soup_.face_count() == 0) return;
+    if (soup_.face_count() == 0 && facets_.empty()) return;
     // Thousands of solids with one or two facets would take more memory than their bytes justify.
     constexpr size_t kFewSolids = 1024, kBytesOfSolid = 512;
-    if (objects_.size() < kFewSolids + offset / kBytesOfSolid)
-      objects_.push_back({name, {{soup_.take(), -1}}});
+    if (solids_.size() < kFewSolids + offset / kBytesOfSolid)
+      take_solid();
     else
       losses_.say("solids of a few facets share a mesh: there are too many of them");
   }
 
-  std::vector<MeshFileObject> take() {
-    if (soup_.face_count() > 0) objects_.push_back({name_, {{soup_.take(), -1}}});
-    return std::move(objects_);
+  std::vector<MeshFileObject> take(const OriginChoice& choice) {
+    if (soup_.face_count() > 0 || !facets_.empty()) take_solid();
+    if (is_text_) make_meshes(choice);
+    std::vector<MeshFileObject> objects;
+    for (Solid& solid : solids_) objects.push_back(std::move(solid.object));
+    return objects;
   }
 
  private:
+  struct Solid {
+    MeshFileObject object;
+    std::vector<PreciseFacet> facets;  // of a text
+  };
+
+  void take_solid() {
+    is_text_ = is_text_ || !facets_.empty();
+    Solid& solid = solids_.emplace_back();
+    solid.object.name = name_;
+    solid.facets = std::exchange(facets_, {});
+    solid.object.parts.push_back({soup_.take(), -1});
+  }
+
+  void make_meshes(const OriginChoice& choice) {
+    std::vector<PositionSpread> spreads;
+    for (const Solid& solid : solids_) {
+      PositionSpread& spread = spreads.emplace_back();
+      for (const PreciseFacet& facet : solid.facets)
+        for (const PrecisePosition& corner : facet.corners) spread.add(corner);
+    }
+    const std::vector<PrecisePosition> origins = choose_origins(spreads, choice);
+    double left = 0;
+    for (size_t i = 0; i < solids_.size(); ++i) {
+      Solid& solid = solids_[i];
+      for (const PreciseFacet& precise : solid.facets) {
+        Facet facet{precise.normal, {}};
+        for (size_t corner = 0; corner < 3; ++corner) {
+          facet.corners[corner] = relative_to(origins[i], precise.corners[corner]);
+          left = std::max(left, lost_by(origins[i], precise.corners[corner]));
+        }
+        soup_.add(facet);
+      }
+      solid.facets = {};
+      solid.object.origin = origins[i];
+      solid.object.parts[0].mesh = soup_.take();
+    }
+    say_origins(spreads, origins, left, choice, losses_);
+  }
+
   Losses& losses_;
   SoupBuilder soup_;
-  std::vector<MeshFileObject> objects_;
+  std::vector<PreciseFacet> facets_;  // of the solid that is read
+  bool is_text_ = false;
+  std::vector<Solid> solids_;
   std::string name_;
 };
 
@@ -143,24 +196,25 @@ class TextReader {
     return {};
   }
 
-  Status read_vector(std::array<float, 3>& vector) {
-    for (float& value : vector) {
+  template <typename Number>
+  Status read_vector(std::array<Number, 3>& vector) {
+    for (Number& value : vector) {
       const std::string_view word = scanner_.next_word();
       if (word.empty()) return error_at_line(scanner_.line(), "the file ends inside a facet");
-      const std::optional<float> number = parse_float(word);
+      const std::optional<double> number = parse_precise(word);
       if (!number) return error_at_line(scanner_.line(), in_quotes(word) + " is not a number");
-      value = *number;
+      value = static_cast<Number>(*number);
     }
     return {};
   }
 
   Status read_facet() {
-    Facet facet;
+    PreciseFacet facet;
     const uint64_t line = scanner_.line();
     if (Status status = expect({"normal"}); !status.ok()) return status;
     if (Status status = read_vector(facet.normal); !status.ok()) return status;
     if (Status status = expect({"outer", "loop"}); !status.ok()) return status;
-    for (Position& corner : facet.corners) {
+    for (PrecisePosition& corner : facet.corners) {
       if (Status status = expect({"vertex"}); !status.ok()) return status;
       if (Status status = read_vector(corner); !status.ok()) return status;
     }
@@ -247,11 +301,13 @@ std::optional<uint32_t> facet_count_of_binary_stl(Scanner& scanner) {
   return header.size() < kHeaderBytes ? std::nullopt : std::optional(facet_count_of(header));
 }
 
-Expected<MeshFile> read_stl(Scanner& scanner) {
+Expected<MeshFile> read_stl(Scanner& scanner, const OriginChoice& choice) {
   MeshFile file;
   SolidBuilder solids(file.losses);
+  const bool is_text = is_text_stl(scanner);
   if (Status status = read_stl(scanner, solids, file.losses); !status.ok()) return status;
-  file.objects = solids.take();
+  file.objects = solids.take(choice);
+  if (!is_text) settle_positions(file, choice);
   if (file.objects.empty() && scanner.failure().ok()) return invalid_input("STL: no facets");
   return file;
 }

@@ -25,6 +25,12 @@ struct Facet {
   std::array<Position, 3> corners;
 };
 
+// The same of a text, whose numbers may say more than floats can.
+struct PreciseFacet {
+  std::array<float, 3> normal;
+  std::array<PrecisePosition, 3> corners;
+};
+
 // A corner of a facet: a position and a normal, compared bit for bit.
 struct SoupPoint {
   std::array<float, 3> position, normal;
@@ -40,8 +46,10 @@ struct SoupPoint {
 class FacetSink {
  public:
   virtual ~FacetSink() = default;
-  // Its positions are finite. The reader stops at the first error.
+  // The next facet, of a binary file or of a text. Its positions are finite. The reader stops at the first
+  // error.
   virtual Status add(const Facet& facet) = 0;
+  virtual Status add(const PreciseFacet& facet) = 0;
   // The solid whose facets came since the last call. `offset` is the number of bytes that were read.
   virtual void end_solid(const std::string& name, uint64_t offset) = 0;
 };
@@ -53,8 +61,8 @@ std::optional<uint32_t> facet_count_of_binary_stl(Scanner& scanner);
 // not finite), and those of the sink.
 Status read_stl(Scanner& scanner, FacetSink& sink, Losses& losses);
 
-// One object for each solid, with the normals of the facets. Points with equal position and normal are one
-// point. Errors: the same, and kInvalidInput if there are no facets.
-Expected<MeshFile> read_stl(Scanner& scanner);
+// One object for each solid, with the normals of the facets. Points with equal position and normal, in floats
+// relative to the origin, are one point. Errors: the same, and kInvalidInput if there are no facets.
+Expected<MeshFile> read_stl(Scanner& scanner, const OriginChoice& choice);
 
 }  // namespace psplit

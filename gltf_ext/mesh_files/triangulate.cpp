@@ -5,7 +5,7 @@
 
 namespace psplit {
 
-std::span<const Triangle> Triangulator::triangulate(std::span<const Position> polygon) {
+std::span<const Triangle> Triangulator::triangulate(std::span<const PrecisePosition> polygon) {
   triangles_.clear();
   if (polygon.size() == 3) {
     triangles_.push_back({0, 1, 2});
@@ -25,12 +25,10 @@ std::span<const Triangle> Triangulator::triangulate(std::span<const Position> po
 // The plane is that of Newell's normal: the sum of the cross products of neighbouring corners, which is twice
 // the area vector. The axis along which the normal is longest is dropped, which keeps the orientation of
 // triangles.
-bool Triangulator::project(std::span<const Position> polygon) {
+bool Triangulator::project(std::span<const PrecisePosition> polygon) {
   std::array<double, 3> normal{};
-  const Position& origin = polygon[0];
-  const auto from_origin = [&](size_t corner, size_t axis) {
-    return double{polygon[corner][axis]} - double{origin[axis]};
-  };
+  const PrecisePosition& origin = polygon[0];
+  const auto from_origin = [&](size_t corner, size_t axis) { return polygon[corner][axis] - origin[axis]; };
   for (size_t i = 1; i + 1 < polygon.size(); ++i)
     for (size_t axis = 0; axis < 3; ++axis) {
       const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;

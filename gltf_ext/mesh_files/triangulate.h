@@ -9,6 +9,7 @@
 namespace psplit {
 
 using Position = std::array<float, 3>;
+using PrecisePosition = std::array<double, 3>;  // as a file states it
 using Triangle = std::array<uint32_t, 3>;
 
 // Its memory is reused from one polygon to the next.
@@ -19,7 +20,7 @@ class Triangulator {
   // cross itself. It may be concave and may have corners on straight edges. Convex polygons become fans around
   // corner 0. Positions must be finite. The triangles are valid until the next call. Time grows with n, also
   // for hostile polygons.
-  std::span<const Triangle> triangulate(std::span<const Position> polygon);
+  std::span<const Triangle> triangulate(std::span<const PrecisePosition> polygon);
 
   // The number of polygons so far that could not be covered, because they cross themselves or have no area.
   uint64_t irregular_count() const { return irregular_count_; }
@@ -30,7 +31,7 @@ class Triangulator {
   };
   // Projects the polygon to a plane: points_ are its corners there, counterclockwise. False if there is no
   // plane.
-  bool project(std::span<const Position> polygon);
+  bool project(std::span<const PrecisePosition> polygon);
   bool is_strictly_convex() const;
   double turn(uint32_t a, uint32_t b, uint32_t c) const;  // twice the area of a triangle of points_
   void fan(size_t corner_count);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "gltf_ext/mesh_files/repair_values.h"
@@ -15,10 +16,11 @@ constexpr size_t kFacetsAtOnce = 4096;
 
 // The mesh without its values, so that its JSON comes from the same code as always.
 Document document_of_layout(MeshFile file, const std::string& name, std::vector<Attribute> attributes,
-                            int64_t material) {
+                            int64_t material, const PrecisePosition& origin) {
   Mesh mesh;
   mesh.attributes = std::move(attributes);
   if (file.objects.empty()) file.objects.push_back({name, {}});
+  file.objects[0].origin = origin;
   file.objects[0].parts.push_back({std::move(mesh), material});
   Document document = document_of_objects(std::move(file));
   document.buffers.clear();
@@ -39,7 +41,8 @@ Status place(Document& document, AppendFile& file, Json& accessor, const ValuesV
 
 }  // namespace
 
-Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
+Status MeshSpool::begin(std::span<const Attribute> layout, size_t, bool are_precise) {
+  are_precise_ = are_precise || options_.origin.by == OriginChoice::By::kGiven;
   for (const Attribute& attribute : layout) {
     if (attribute.semantic == "POSITION") position_ = columns_.size();
     if (attribute.semantic == "NORMAL") normal_ = columns_.size();
@@ -56,10 +59,69 @@ Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
   return {};
 }
 
-Status MeshSpool::measure_positions(const Attribute& positions) {
-  Position position;
-  for (size_t at = 0; at < positions.values.size(); at += sizeof(position)) {
-    std::memcpy(position.data(), positions.values.data() + at, sizeof(position));
+Status MeshSpool::append_precise(const Attribute& floats, std::span<const PrecisePosition> positions) {
+  std::vector<PrecisePosition> widened;
+  for (size_t i = 0; positions.empty() && i < floats.values.size() / sizeof(Position); ++i)
+    widened.push_back(precise(position_at(floats, static_cast<uint32_t>(i))));
+  if (positions.empty()) positions = widened;
+  for (const PrecisePosition& position : positions) {
+    if (!is_finite(position)) return invalid_input("a position is not finite");
+    spread_.add(position);
+  }
+  return columns_[position_].file.append(bytes_of(positions));
+}
+
+Status MeshSpool::settle_positions() {
+  const std::span<const PositionSpread> spread(&spread_, 1);
+  const std::vector<PrecisePosition> origins = choose_origins(spread, options_.origin);
+  origin_ = origins[0];
+  Expected<AppendFile> file = AppendFile::create(options_.folder);
+  if (!file) return file.status();
+  Column& column = columns_[position_];
+  constexpr uint64_t kAtOnce = 65536;
+  std::vector<PrecisePosition> from;
+  std::vector<Position> to;
+  double left = 0;
+  for (uint64_t first = 0; first < point_count_; first += kAtOnce) {
+    from.resize(static_cast<size_t>(std::min(kAtOnce, point_count_ - first)));
+    to.resize(from.size());
+    Status status = column.file.read(first * sizeof(from[0]),
+                                     {reinterpret_cast<uint8_t*>(from.data()), from.size() * sizeof(from[0])});
+    if (!status.ok()) return status;
+    for (size_t i = 0; i < from.size(); ++i) {
+      to[i] = relative_to(origin_, from[i]);
+      left = std::max(left, lost_by(origin_, from[i]));
+    }
+    if (status = measure_positions(to); !status.ok()) return status;
+    if (status = file->append(bytes_of(to)); !status.ok()) return status;
+  }
+  if (Status status = file->flush(); !status.ok()) return status;
+  column.file = std::move(*file);
+  column.pages = PagedFile();
+  are_precise_ = false;
+  say_origins(spread, origins, left, options_.origin, losses_);
+  return {};
+}
+
+// What add_faces and add_facet do at once for floats.
+Status MeshSpool::add_late_zero_normals() {
+  if (normal_ == kNone || zero_count_ == 0 || has_no_normals()) return {};
+  if (is_soup_) return add_zero_facets(false);
+  sums_.resize(zeros_.size());
+  constexpr uint64_t kAtOnce = 65536;
+  std::vector<std::array<uint32_t, 3>> faces;
+  for (uint64_t first = 0; first < face_count_; first += kAtOnce) {
+    faces.resize(static_cast<size_t>(std::min(kAtOnce, face_count_ - first)));
+    Status status = faces_.read(first * sizeof(faces[0]),
+                                {reinterpret_cast<uint8_t*>(faces.data()), faces.size() * sizeof(faces[0])});
+    for (size_t i = 0; status.ok() && i < faces.size(); ++i) status = add_to_zero_normals(faces[i]);
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+Status MeshSpool::measure_positions(std::span<const Position> positions) {
+  for (const Position& position : positions) {
     if (!is_finite(position)) return invalid_input("a position is not finite");
     for (size_t axis = 0; axis < position.size(); ++axis) {
       low_[axis] = std::min<double>(low_[axis], position[axis]);
@@ -91,16 +153,24 @@ Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
   return {};
 }
 
-Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
+Status MeshSpool::add_points(std::span<const Attribute> block, size_t count,
+                             std::span<const PrecisePosition> positions) {
   if (point_count_ + count > kMostPoints) return unsupported("more points than 32 bits can count");
   std::vector<uint8_t> padded;
   for (size_t i = 0; i < columns_.size(); ++i) {
+    if (i == position_ && are_precise_) {
+      if (Status status = append_precise(block[i], positions); !status.ok()) return status;
+      continue;
+    }
     Attribute attribute = block[i];
     repair_floats(attribute, losses_);
     if (i == normal_)
       if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
     if (i == position_)
-      if (Status status = measure_positions(attribute); !status.ok()) return status;
+      if (Status status =
+              measure_positions({reinterpret_cast<const Position*>(attribute.values.data()), count});
+          !status.ok())
+        return status;
     const size_t width = attribute.stride(), stride = columns_[i].stride;
     std::span<const uint8_t> bytes = bytes_of(attribute.values);
     if (width != stride) {
@@ -117,7 +187,7 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
 
 Status MeshSpool::add_faces(std::span<const std::array<uint32_t, 3>> faces) {
   face_count_ += faces.size();
-  if (!zeros_.empty()) {
+  if (!zeros_.empty() && !are_precise_) {
     sums_.resize(zeros_.size());
     for (const auto& face : faces)
       if (Status status = add_to_zero_normals(face); !status.ok()) return status;
@@ -134,7 +204,7 @@ Status MeshSpool::add_to_zero_normals(const std::array<uint32_t, 3>& face) {
   if (slots[0] == kNone && slots[1] == kNone && slots[2] == kNone) return {};
   std::array<Position, 3> corners;
   for (size_t i = 0; i < 3; ++i) {
-    const Expected<Position> corner = position(face[i]);
+    const Expected<Position> corner = float_position(face[i]);
     if (!corner) return corner.status();
     corners[i] = *corner;
   }
@@ -145,37 +215,59 @@ Status MeshSpool::add_to_zero_normals(const std::array<uint32_t, 3>& face) {
   return {};
 }
 
-Expected<Position> MeshSpool::position(uint32_t point) {
-  Column& column = columns_[position_];
+// A value of a column whose values have no padding.
+template <typename T>
+Status MeshSpool::read_point(size_t number, uint32_t point, T& value) {
+  Column& column = columns_[number];
   if (Status status = column.file.flush(); !status.ok()) return status;
+  return column.pages.read(column.file.file(), column.file.size(), uint64_t{point} * sizeof(value),
+                           {reinterpret_cast<uint8_t*>(value.data()), sizeof(value)});
+}
+
+Expected<Position> MeshSpool::float_position(uint32_t point) {
   Position position;
-  Status status = column.pages.read(column.file.file(), column.file.size(), uint64_t{point} * column.stride,
-                                    {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
-  if (!status.ok()) return status;
+  if (Status status = read_point(position_, point, position); !status.ok()) return status;
   return position;
 }
 
-Status MeshSpool::add(const Facet& facet) {
+Expected<PrecisePosition> MeshSpool::position(uint32_t point) {
+  if (!are_precise_) {
+    const Expected<Position> position = float_position(point);
+    return position ? Expected(precise(*position)) : position.status();
+  }
+  PrecisePosition position;
+  if (Status status = read_point(position_, point, position); !status.ok()) return status;
+  return position;
+}
+
+template <typename AnyFacet>
+Status MeshSpool::add_facet(const AnyFacet& facet) {
+  constexpr bool kIsPrecise = std::is_same_v<AnyFacet, PreciseFacet>;
   if (!is_soup_) {
     is_soup_ = true;
     facets_ = {{"POSITION", ComponentType::kFloat32, 3, false, {}},
                {"NORMAL", ComponentType::kFloat32, 3, false, {}}};
     // Corners are one point only if their normals are equal before they are repaired.
     if (options_.numbers_points) facets_.push_back({kPointNumber, ComponentType::kUint32, 3, false, {}});
-    if (Status status = begin(facets_, 0); !status.ok()) return status;
+    if (Status status = begin(facets_, 0, kIsPrecise); !status.ok()) return status;
   }
   if (3 * (face_count_ + 1) > kMostPoints) return unsupported("more corners than 32 bits can count");
   const bool is_first_with_normal = has_direction(facet.normal) && zero_count_ == 3 * face_count_;
-  if (is_first_with_normal && face_count_ > 0)
-    if (Status status = add_earlier_zero_facets(); !status.ok()) return status;
+  if (is_first_with_normal && face_count_ > 0 && !are_precise_) {
+    if (Status status = flush_facets(); !status.ok()) return status;
+    if (Status status = add_zero_facets(true); !status.ok()) return status;
+  }
   if (!has_direction(facet.normal)) {
-    if (zero_count_ < 3 * face_count_)
-      if (Status status = add_zero_facet(facet); !status.ok()) return status;
+    if constexpr (!kIsPrecise)
+      if (zero_count_ < 3 * face_count_ && !are_precise_)
+        if (Status status = add_zero_facet(facet); !status.ok()) return status;
     zero_count_ += 3;
   }
-  for (const Position& corner : facet.corners) {
+  for (const auto& corner : facet.corners) {
+    if constexpr (kIsPrecise) facet_positions_.push_back(corner);
+    const Position position = relative_to({}, PrecisePosition{corner[0], corner[1], corner[2]});
     for (Attribute& attribute : facets_) {
-      const auto value = std::as_bytes(std::span(attribute.semantic == "POSITION" ? corner : facet.normal));
+      const auto value = std::as_bytes(std::span(attribute.semantic == "POSITION" ? position : facet.normal));
       attribute.values.insert(attribute.values.end(), value.begin(), value.end());
     }
   }
@@ -185,7 +277,8 @@ Status MeshSpool::add(const Facet& facet) {
 
 Status MeshSpool::flush_facets() {
   if (facets_.empty() || facets_[0].values.empty()) return {};
-  Status status = add_points(facets_, facets_[0].values.size() / sizeof(Position));
+  Status status = add_points(facets_, facets_[0].values.size() / sizeof(Position), facet_positions_);
+  facet_positions_.clear();
   for (Attribute& attribute : facets_) attribute.values.clear();
   return status;
 }
@@ -200,16 +293,16 @@ Status MeshSpool::add_zero_facet(const Facet& facet) {
   return soup_sums_.size() > options_.most_zero_normals ? too_many_zero_normals() : Status();
 }
 
-// The first facet with a normal came: now the sums of the facets before it are needed.
-Status MeshSpool::add_earlier_zero_facets() {
-  if (Status status = flush_facets(); !status.ok()) return status;
+// Some facets have a normal: now the sums of those in the files that have none are needed. Their normals are
+// zeros there.
+Status MeshSpool::add_zero_facets(bool are_all_zero) {
   for (uint32_t point = 0; point < point_count_; point += 3) {
     Facet facet{};
-    for (uint32_t i = 0; i < 3; ++i) {
-      const Expected<Position> corner = position(point + i);
-      if (!corner) return corner.status();
-      facet.corners[i] = *corner;
-    }
+    if (!are_all_zero)
+      if (Status status = read_point(normal_, point, facet.normal); !status.ok()) return status;
+    if (has_direction(facet.normal)) continue;
+    for (uint32_t i = 0; i < 3; ++i)
+      if (Status status = read_point(position_, point + i, facet.corners[i]); !status.ok()) return status;
     if (Status status = add_zero_facet(facet); !status.ok()) return status;
   }
   return {};
@@ -250,6 +343,10 @@ Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
   if (Status status = flush_facets(); !status.ok()) return status;
   if (face_count_ == 0) return unsupported("has no triangles");
   if (face_count_ > UINT32_MAX / 3) return unsupported("more faces than a glTF accessor can count");
+  if (are_precise_) {
+    if (Status status = settle_positions(); !status.ok()) return status;
+    if (Status status = add_late_zero_normals(); !status.ok()) return status;
+  }
   if (has_no_normals()) {
     say_no_normals(losses_);
     columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(normal_));
@@ -268,7 +365,7 @@ Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
   }
   std::vector<Attribute> layout;
   for (const Column& column : columns_) layout.push_back(column.attribute);
-  Document document = document_of_layout(std::move(file), name_, std::move(layout), material);
+  Document document = document_of_layout(std::move(file), name_, std::move(layout), material, origin_);
   document.spooled = std::move(spooled);
   Json& accessors = document.json()["accessors"];
   for (size_t i = 0; i < columns_.size(); ++i) {

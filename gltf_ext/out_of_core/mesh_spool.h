@@ -20,22 +20,26 @@ struct SpoolOptions {
   std::filesystem::path folder;    // of the temporary files
   uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
   bool numbers_points = false;     // those of an OBJ or STL get SpooledPoints::numbers
+  OriginChoice origin{};
 };
 
 // Takes a mesh as points and faces, or as facets, of which each corner becomes a point. Changes the values to
-// what glTF requires (gltf_ext/mesh_files/repair_values.h).
+// what glTF requires (gltf_ext/mesh_files/repair_values.h). Positions in doubles stay so in their file until
+// all are there, because the origin depends on all; what depends on positions in floats waits for that.
 class MeshSpool : public MeshSink, public FacetSink {
  public:
   // `losses` must outlive the object.
   MeshSpool(const SpoolOptions& options, Losses& losses) : options_(options), losses_(losses) {}
 
-  Status begin(std::span<const Attribute> layout, size_t expected_points) override;
-  Status add_points(std::span<const Attribute> block, size_t count) override;
+  Status begin(std::span<const Attribute> layout, size_t expected_points, bool are_precise) override;
+  Status add_points(std::span<const Attribute> block, size_t count,
+                    std::span<const PrecisePosition> positions) override;
   void expect_faces(size_t) override {}
   Status add_faces(std::span<const std::array<uint32_t, 3>> faces) override;
-  Expected<Position> position(uint32_t point) override;
+  Expected<PrecisePosition> position(uint32_t point) override;
 
-  Status add(const Facet& facet) override;
+  Status add(const Facet& facet) override { return add_facet(facet); }
+  Status add(const PreciseFacet& facet) override { return add_facet(facet); }
   void end_solid(const std::string& name, uint64_t offset) override;
 
   // An attribute of this name is the last, and becomes SpooledPoints::numbers.
@@ -61,12 +65,21 @@ class MeshSpool : public MeshSink, public FacetSink {
   };
   using Sum = std::array<double, 3>;
 
-  Status measure_positions(const Attribute& positions);
+  template <typename AnyFacet>
+  Status add_facet(const AnyFacet& facet);
+  Status measure_positions(std::span<const Position> positions);
+  Status append_precise(const Attribute& floats, std::span<const PrecisePosition> positions);
+  // Makes floats of the doubles.
+  Status settle_positions();
+  Status add_late_zero_normals();
+  template <typename T>
+  Status read_point(size_t column, uint32_t point, T& value);
+  Expected<Position> float_position(uint32_t point);
   Status repair_block_normals(Attribute& normals, size_t count);
   Status too_many_zero_normals() const;
   Status add_to_zero_normals(const std::array<uint32_t, 3>& face);
   Status add_zero_facet(const Facet& facet);
-  Status add_earlier_zero_facets();
+  Status add_zero_facets(bool are_all_zero);
   Status flush_facets();
   Status replace_zero_normals();
   bool has_no_normals() const { return normal_ != kNone && zero_count_ == point_count_; }
@@ -79,10 +92,14 @@ class MeshSpool : public MeshSink, public FacetSink {
   size_t position_ = kNone, normal_ = kNone;
   std::array<double, 3> low_{INFINITY, INFINITY, INFINITY}, high_{-INFINITY, -INFINITY, -INFINITY};
   uint64_t point_count_ = 0, face_count_ = 0;
+  bool are_precise_ = false;  // the file of positions has doubles
+  PositionSpread spread_;     // of these
+  PrecisePosition origin_{};
 
   bool is_soup_ = false;           // it came as facets
   std::vector<Attribute> facets_;  // the values of those that wait to be written
-  std::string name_;               // of the solid, if there is only one
+  std::vector<PrecisePosition> facet_positions_;
+  std::string name_;  // of the solid, if there is only one
   size_t solids_ = 0;
 
   uint64_t changed_normals_ = 0;

@@ -18,10 +18,16 @@ Expected<ObjSpool> ObjSpool::create(const std::filesystem::path& folder) {
     column.file = std::move(*file);
   }
   spool.column(ObjValues::kTexcoord).components = 2;
+  spool.column(ObjValues::kPosition).component_bytes = sizeof(double);
   Expected<AppendFile> faces = AppendFile::create(folder);
   if (!faces) return faces.status();
   spool.faces_ = std::move(*faces);
   return spool;
+}
+
+Status ObjSpool::add_position(const PrecisePosition& position) {
+  ++column(ObjValues::kPosition).count;
+  return column(ObjValues::kPosition).file.append(bytes_of(position));
 }
 
 Status ObjSpool::add_value(ObjValues kind, std::span<const float> value) {
@@ -113,7 +119,7 @@ class ObjSpool::Writer {
       block_.push_back({name, ComponentType::kFloat32, components, false, {}});
     }
     if (keeps_duplicates_) block_.push_back({MeshSpool::kPointNumber, ComponentType::kUint32, 3, false, {}});
-    return mesh_.begin(block_, 0);
+    return mesh_.begin(block_, 0, true);
   }
 
   Status add() {
@@ -160,7 +166,9 @@ class ObjSpool::Writer {
       if (point_count_ == kNoIndex - 1) return unsupported("more points than 32 bits can count");
       known = {corner, point_count_++};
       ++new_points_;
-      for (size_t i = 0; i < kinds_.size(); ++i) {
+      if (Status status = read(ObjValues::kPosition, corner, block_positions_.emplace_back()); !status.ok())
+        return status;
+      for (size_t i = 1; i < kinds_.size(); ++i) {  // the first are positions
         std::array<float, 3> value;
         if (Status status = read(kinds_[i], corner, value); !status.ok()) return status;
         const auto* const bytes = reinterpret_cast<const std::byte*>(value.data());
@@ -176,19 +184,20 @@ class ObjSpool::Writer {
     return {};
   }
 
-  Status read(ObjValues kind, const ObjCorner& corner, std::array<float, 3>& value) {
+  Status read(ObjValues kind, const ObjCorner& corner, auto& value) {
     Column& column = spool_.column(kind);
     const uint64_t index = kind == ObjValues::kNormal     ? corner.normal
                            : kind == ObjValues::kTexcoord ? corner.texcoord
                                                           : corner.position;
-    const size_t width = column.components * sizeof(float);
+    const size_t width = column.value_bytes();
     return column.pages.read(column.file.file(), column.file.size(), index * width,
                              {reinterpret_cast<uint8_t*>(value.data()), width});
   }
 
   Status flush() {
     if (new_points_ > 0)
-      if (Status status = mesh_.add_points(block_, new_points_); !status.ok()) return status;
+      if (Status status = mesh_.add_points(block_, new_points_, block_positions_); !status.ok()) return status;
+    block_positions_.clear();
     for (Attribute& attribute : block_) attribute.values.clear();
     new_points_ = 0;
     Status status = faces_.empty() ? Status() : mesh_.add_faces(faces_);
@@ -206,13 +215,14 @@ class ObjSpool::Writer {
   std::optional<std::pair<bool, bool>> has_;  // normals and texture coordinates
   std::vector<ObjValues> kinds_;              // of the attributes of block_
   std::vector<Attribute> block_;
+  std::vector<PrecisePosition> block_positions_;
   size_t new_points_ = 0;
   uint32_t point_count_ = 0;
   uint64_t missing_texcoords_ = 0, missing_normals_ = 0;
   Array<std::array<uint32_t, 3>> faces_;
   std::vector<ObjCorner> corners_;  // of one face
   std::vector<uint32_t> points_;
-  std::vector<Position> positions_;
+  std::vector<PrecisePosition> positions_;
 };
 
 Status ObjSpool::write_to(MeshSpool& mesh, Losses& losses, bool keeps_duplicates) {

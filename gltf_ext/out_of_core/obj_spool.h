@@ -15,6 +15,7 @@ class ObjSpool : public ObjSink {
  public:
   static Expected<ObjSpool> create(const std::filesystem::path& folder);
 
+  Status add_position(const PrecisePosition& position) override;
   Status add_value(ObjValues kind, std::span<const float> value) override;
   Status add_face(std::span<const ObjCorner> corners) override;
 
@@ -34,6 +35,8 @@ class ObjSpool : public ObjSink {
     PagedFile pages{};
     uint64_t count = 0;
     size_t components = 3;
+    size_t component_bytes = sizeof(float);
+    size_t value_bytes() const { return components * component_bytes; }
   };
   Column& column(ObjValues kind) { return columns_[static_cast<size_t>(kind)]; }
   const Column& column(ObjValues kind) const { return columns_[static_cast<size_t>(kind)]; }

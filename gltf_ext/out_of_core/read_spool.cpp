@@ -103,7 +103,7 @@ Expected<Asset> read(Scanner& scanner, AssetFormat format, const std::filesystem
   if (source != "-") document->files.push_back(source);
   std::vector<std::string> warnings = losses.sentences();
   say_heights(head.file, source.parent_path(), warnings);
-  return Asset{std::move(*document), std::move(warnings)};
+  return Asset{std::move(*document), std::move(warnings), true};
 }
 
 }  // namespace

@@ -20,21 +20,21 @@ struct Cut {
   bool uses_every_corner = false;
 };
 
-double cross_z(const Position& a, const Position& b, const Position& c) {
+double cross_z(const PrecisePosition& a, const PrecisePosition& b, const PrecisePosition& c) {
   return (double{b[0]} - a[0]) * (double{c[1]} - a[1]) - (double{b[1]} - a[1]) * (double{c[0]} - a[0]);
 }
 
-double polygon_area(const std::vector<Position>& polygon) {
+double polygon_area(const std::vector<PrecisePosition>& polygon) {
   double twice = 0;
   for (size_t i = 0; i < polygon.size(); ++i) {
-    const Position &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const PrecisePosition &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
     twice += double{p[0]} * q[1] - double{q[0]} * p[1];
   }
   return twice / 2;
 }
 
 // A polygon in the plane z = 0.
-Cut cut(Triangulator& triangulator, const std::vector<Position>& polygon) {
+Cut cut(Triangulator& triangulator, const std::vector<PrecisePosition>& polygon) {
   Cut result;
   std::set<uint32_t> used;
   for (const auto& [a, b, c] : triangulator.triangulate(polygon)) {
@@ -48,12 +48,12 @@ Cut cut(Triangulator& triangulator, const std::vector<Position>& polygon) {
   return result;
 }
 
-void expect_covered(const std::vector<Position>& polygon, const std::string& what) {
+void expect_covered(const std::vector<PrecisePosition>& polygon, const std::string& what) {
   Triangulator triangulator;
   // Beginning at every corner if there are few, and in both orientations.
   const size_t starts = std::min<size_t>(polygon.size(), 40);
   for (size_t start = 0; start < starts; ++start) {
-    std::vector<Position> turned(polygon);
+    std::vector<PrecisePosition> turned(polygon);
     std::rotate(turned.begin(), turned.begin() + static_cast<ptrdiff_t>(start), turned.end());
     for (int side = 0; side < 2; ++side) {
       const double area = polygon_area(turned);
@@ -68,8 +68,8 @@ void expect_covered(const std::vector<Position>& polygon, const std::string& wha
   EXPECT_EQ(triangulator.irregular_count(), 0u) << what;
 }
 
-std::vector<Position> star(size_t corners, float inner) {
-  std::vector<Position> polygon;
+std::vector<PrecisePosition> star(size_t corners, float inner) {
+  std::vector<PrecisePosition> polygon;
   for (size_t i = 0; i < corners; ++i) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(corners);
     const float radius = i % 2 == 0 ? 1.0f : inner;
@@ -87,19 +87,20 @@ TEST(Triangulate, ConvexAndConcaveOfEverySizeAreCovered) {
 }
 
 TEST(Triangulate, ConcaveQuadsAreCutAtTheirInnerCorner) {
-  const std::vector<Position> arrow = {{0, 0, 0}, {2, -2, 0}, {0, 4, 0}, {-2, -2, 0}};
+  const std::vector<PrecisePosition> arrow = {{0, 0, 0}, {2, -2, 0}, {0, 4, 0}, {-2, -2, 0}};
   expect_covered(arrow, "arrow");
   Triangulator triangulator;
-  EXPECT_EQ(triangulator.triangulate(std::vector<Position>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})[1],
-            (Triangle{0, 2, 3}));
+  EXPECT_EQ(
+      triangulator.triangulate(std::vector<PrecisePosition>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})[1],
+      (Triangle{0, 2, 3}));
 }
 
 TEST(Triangulate, CornersOnStraightEdgesStay) {
-  std::vector<Position> square;
+  std::vector<PrecisePosition> square;
   for (int side = 0; side < 4; ++side)
     for (int i = 0; i < 5; ++i) {
       const auto t = static_cast<float>(i);
-      const Position corners[] = {{t, 0, 0}, {5, t, 0}, {5 - t, 5, 0}, {0, 5 - t, 0}};
+      const PrecisePosition corners[] = {{t, 0, 0}, {5, t, 0}, {5 - t, 5, 0}, {0, 5 - t, 0}};
       square.push_back(corners[side]);
     }
   expect_covered(square, "square of 20 corners");
@@ -107,13 +108,13 @@ TEST(Triangulate, CornersOnStraightEdgesStay) {
 }
 
 TEST(Triangulate, CombsSpiralsAndBridgesAreCovered) {
-  std::vector<Position> comb = {{0, -1, 0}};
+  std::vector<PrecisePosition> comb = {{0, -1, 0}};
   for (int i = 40; i >= 0; --i) {
     const auto x = static_cast<float>(i);
     comb.push_back({x, i % 2 == 0 ? 0.0f : 9.0f, 0});
   }
   expect_covered(comb, "comb");
-  std::vector<Position> spiral;
+  std::vector<PrecisePosition> spiral;
   for (int i = 0; i < 60; ++i) {
     const float angle = 0.3f * static_cast<float>(i), radius = 1 + 0.1f * static_cast<float>(i);
     spiral.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
@@ -140,7 +141,7 @@ TEST(Triangulate, CombsSpiralsAndBridgesAreCovered) {
 TEST(Triangulate, AnyPlaneAndAnyPlaceWill) {
   // The same star in a slanted plane, far away, and tiny.
   for (const float scale : {1e-6f, 1.0f, 1e6f}) {
-    std::vector<Position> slanted;
+    std::vector<PrecisePosition> slanted;
     for (const auto& [x, y, z] : star(50, 0.3f))
       slanted.push_back({scale * (x + y), scale * (x - y), scale * (2 * y)});
     Triangulator triangulator;
@@ -167,15 +168,15 @@ TEST(Triangulate, AnyPlaneAndAnyPlaceWill) {
 
 TEST(Triangulate, WhatHasNoInsideStillGetsItsTriangles) {
   Triangulator triangulator;
-  const std::vector<Position> point(7, Position{1, 2, 3});
+  const std::vector<PrecisePosition> point(7, PrecisePosition{1, 2, 3});
   EXPECT_EQ(triangulator.triangulate(point).size(), 5u);
   EXPECT_EQ(triangulator.irregular_count(), 1u);
-  std::vector<Position> pentagram;
+  std::vector<PrecisePosition> pentagram;
   for (int i = 0; i < 5; ++i) pentagram.push_back(star(5, 1)[static_cast<size_t>(2 * i % 5)]);
   EXPECT_EQ(triangulator.triangulate(pentagram).size(), 3u);
-  const std::vector<Position> line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {1, 0, 0}};
+  const std::vector<PrecisePosition> line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {1, 0, 0}};
   EXPECT_EQ(triangulator.triangulate(line).size(), 3u);
-  const std::vector<Position> bow = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1.5f, 0}};
+  const std::vector<PrecisePosition> bow = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1.5f, 0}};
   EXPECT_EQ(triangulator.triangulate(bow).size(), 2u);
 }
 
@@ -183,7 +184,7 @@ TEST(Triangulate, WhatHasNoInsideStillGetsItsTriangles) {
 TEST(Triangulate, HostilePolygonsTakeTimeThatGrowsWithTheirSize) {
   Triangulator triangulator;
   uint32_t random = 1;
-  std::vector<Position> noise;
+  std::vector<PrecisePosition> noise;
   for (size_t i = 0; i < fewer_with_sanitizers(100'000); ++i) {
     random = random * 1664525 + 1013904223;
     const auto x = static_cast<float>(random >> 16);

@@ -58,7 +58,9 @@ class WrittenMeshFile : public testing::Test {
   MeshFile written(AssetFormat format, const std::vector<PlacedPart>& parts, const Read& read) {
     must(write_mesh_file(folder_ / "file", format, parts));
     Expected<Scanner> scanner = open_scanner(std::move(*open_byte_stream(folder_ / "file")));
-    return must(read(*scanner));
+    MeshFile file = must(read(*scanner));
+    settle_positions(file, {});
+    return file;
   }
   MeshFile ply(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kPly, parts, [](Scanner& scanner) { return read_ply(scanner, ThreadPool(1)); });
@@ -71,7 +73,7 @@ class WrittenMeshFile : public testing::Test {
     });
   }
   MeshFile stl(const std::vector<PlacedPart>& parts) {
-    return written(AssetFormat::kStl, parts, [](Scanner& scanner) { return read_stl(scanner); });
+    return written(AssetFormat::kStl, parts, [](Scanner& scanner) { return read_stl(scanner, {}); });
   }
 
   TestFolder folder_;
@@ -157,7 +159,7 @@ TEST_F(WrittenMeshFile, PartsAreWrittenAtTheirPlace) {
   const Mesh mesh = random_mesh(3, 1);
   PlacedPart part = part_of(mesh);
   part.mirrored = true;
-  part.place = [](std::string_view semantic, std::span<float> value) {
+  part.place = [](std::string_view semantic, std::span<double> value) {
     if (semantic == "POSITION") value[0] = -value[0];
   };
   for (const MeshFile& file : {ply({part}), obj({part})}) {

@@ -44,7 +44,7 @@ Parts cut(const Mesh& mesh, const std::filesystem::path& folder, uint64_t most_f
   std::unique_ptr<Parts> result = begin(folder);
   std::vector<Attribute> block = mesh.attributes;
   for (Attribute& attribute : block) attribute.values.clear();
-  Status status = result->spool->begin(block, 0);
+  Status status = result->spool->begin(block, 0, false);
   for (size_t first = 0; first < mesh.point_count && status.ok(); first += 1000) {
     const size_t count = std::min<size_t>(1000, mesh.point_count - first);
     for (size_t i = 0; i < block.size(); ++i) {
@@ -53,7 +53,7 @@ Parts cut(const Mesh& mesh, const std::filesystem::path& folder, uint64_t most_f
       block[i].values.assign(from + static_cast<std::ptrdiff_t>(first) * stride,
                              from + static_cast<std::ptrdiff_t>(first + count) * stride);
     }
-    status = result->spool->add_points(block, count);
+    status = result->spool->add_points(block, count, {});
   }
   if (status.ok()) status = result->spool->add_faces(mesh.faces);
   EXPECT_TRUE(status.ok()) << status.to_string();
@@ -225,7 +225,7 @@ void expect_facets_as_read(const std::vector<Facet>& facets) {
   const std::string text = binary_stl(stored);
   const std::vector<uint8_t> bytes(text.begin(), text.end());
   Scanner whole(memory_stream(bytes));
-  MeshFile file = must(read_stl(whole));
+  MeshFile file = must(read_stl(whole, {}));
   repair_values(file);
 
   std::unique_ptr<Parts> started = begin(folder);
@@ -313,8 +313,8 @@ TEST(CellParts, TooManyNormalsWithoutADirectionAreAnError) {
   std::memset(mesh.attributes[1].values.data(), 0, 12 * 2000);
   std::unique_ptr<Parts> result = begin(folder);
   const std::vector<Attribute> layout = mesh.attributes;
-  ASSERT_TRUE(result->spool->begin(layout, 0).ok());
-  const Status status = result->spool->add_points(layout, mesh.point_count);
+  ASSERT_TRUE(result->spool->begin(layout, 0, false).ok());
+  const Status status = result->spool->add_points(layout, mesh.point_count, {});
   EXPECT_EQ(status.code(), StatusCode::kUnsupported);
   EXPECT_TRUE(contains(status.message(), "no direction"));
 }

@@ -18,6 +18,7 @@
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/gltf_ext/mesh_files/far_mesh.h"
 #include "tests/support/environment.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
@@ -241,6 +242,18 @@ TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
   options.position_bits_by_edges = false;
   options.max_position_error = 0.001;
   expect_as_in_memory(ply_of(blob(8000), Form::kLittle), options);
+}
+
+// Doubles are spooled before their origin is known, and normals of faces are made after it.
+TEST(EncodeOutOfCore, DoublesFarFromTheirOrigin) {
+  for (const bool is_binary : {true, false}) {
+    expect_as_in_memory(far_ply(is_binary, 100));
+    expect_as_in_memory(far_ply(is_binary, 100, true), {.lossless = true});
+  }
+  expect_as_in_memory(far_stl(100));
+  expect_as_in_memory(far_stl(100, true), {.lossless = true});
+  expect_as_in_memory(far_obj(100));
+  EXPECT_TRUE(contains(must(encode_file(far_stl(100))).document.json()["nodes"].dump(), "translation"));
 }
 
 TEST(EncodeOutOfCore, Stl) { expect_as_in_memory(stl_of(blob(20000))); }
