@@ -18,7 +18,7 @@ struct PlacedPart {
   std::string material;  // its name in the MTL file; empty: none
   MeshView view;         // all indices are below the number of points
   // Moves a position, a normal or a tangent to its place. Empty: the values stay as they are stored.
-  std::function<void(std::string_view semantic, std::span<float> value)> place{};
+  std::function<void(std::string_view semantic, std::span<double> value)> place{};
   bool mirrored = false;  // the place is that of a mirror: faces turn round
 
   size_t face_count() const { return view.indices.count / 3; }
@@ -27,10 +27,16 @@ struct PlacedPart {
   std::array<uint32_t, 3> face(size_t number) const;
   // The value of a point at its place, as floats. At most 4 components.
   std::array<float, 4> floats_at(const MeshView::Values& attribute, size_t point) const;
+  std::array<double, 4> doubles_at(const MeshView::Values& attribute, size_t point) const;
 };
 
 // Whether every part has the attribute, with this number of components.
 bool all_have(std::span<const PlacedPart> parts, std::string_view semantic, int component_count);
+
+// Where the positions of the part are, at their places.
+PositionSpread position_spread(const PlacedPart& part);
+// Whether floats cannot say where the positions of the parts are, at their places.
+bool need_doubles(std::span<const PlacedPart> parts);
 
 // Calls visit(first, end) for the points of a part in blocks, and releases the memory of each block of values.
 template <typename Visit>

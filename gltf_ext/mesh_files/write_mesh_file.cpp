@@ -44,6 +44,7 @@ struct PlyColumn {
   std::string semantic;
   std::vector<std::string> names;
   ComponentType type = ComponentType::kFloat32;
+  bool is_double = false;
 };
 
 const char* ply_name(ComponentType type) {
@@ -106,17 +107,23 @@ void write_ply_point(FileBuffer& out, const PlacedPart& part, const PlyColumn& c
                      const MeshView::Values& attribute, size_t point) {
   if (column.type != ComponentType::kFloat32)
     return out.put(attribute.values.at(point), attribute.values.value_bytes());
+  if (column.is_double) {
+    const std::array<double, 4> doubles = part.doubles_at(attribute, point);
+    return out.put(doubles.data(), column.names.size() * sizeof(double));
+  }
   std::array<float, 4> floats = part.floats_at(attribute, point);
   if (column.semantic == "TEXCOORD_0") floats[1] = 1 - floats[1];
   out.put(floats.data(), column.names.size() * sizeof(float));
 }
 
 bool write_ply(FileBuffer& out, std::span<const PlacedPart> parts) {
-  const std::vector<PlyColumn> columns = ply_columns(parts);
+  std::vector<PlyColumn> columns = ply_columns(parts);
+  columns[0].is_double = need_doubles(parts);
   std::string properties;
   for (const PlyColumn& column : columns)
     for (const std::string& name : column.names)
-      properties += std::string("property ") + ply_name(column.type) + " " + name + "\n";
+      properties +=
+          std::string("property ") + (column.is_double ? "double" : ply_name(column.type)) + " " + name + "\n";
   out.text(ply_header_text(points_of(parts), properties, faces_of(parts)));
   for (const PlacedPart& part : parts) {
     std::vector<const MeshView::Values*> values;
@@ -145,7 +152,8 @@ class ObjWriter {
  public:
   ObjWriter(FileBuffer& out, bool colors) : out_(out), colors_(colors) {}
 
-  void add(const PlacedPart& part) {
+  // `all_digits`: of positions, as doubles have them.
+  void add(const PlacedPart& part, bool all_digits) {
     const MeshView::Values* const positions = values_of(part, "POSITION");
     const MeshView::Values* const colors = colors_ ? values_of(part, "COLOR_0") : nullptr;
     const MeshView::Values* const normals = values_of(part, "NORMAL");
@@ -154,7 +162,10 @@ class ObjWriter {
     object_ = part.object;
     for_each_block(part, [&](size_t first, size_t end) {
       for (size_t point = first; point < end; ++point) {
-        write("v", part.floats_at(*positions, point), 3);
+        if (all_digits)
+          write("v", part.doubles_at(*positions, point), 3);
+        else
+          write("v", part.floats_at(*positions, point), 3);
         if (colors != nullptr) write("", part.floats_at(*colors, point), 3);
         out_.text("\n");
         if (texcoords != nullptr) write_texcoord(part.floats_at(*texcoords, point));
@@ -183,7 +194,7 @@ class ObjWriter {
     out_.put(text.data(), static_cast<size_t>(end - text.data()));
   }
 
-  void write(std::string_view keyword, const std::array<float, 4>& values, size_t count) {
+  void write(std::string_view keyword, const auto& values, size_t count) {
     out_.text(keyword);
     for (size_t i = 0; i < count; ++i) {
       out_.text(" ");
@@ -235,7 +246,14 @@ bool write_obj(FileBuffer& out, std::span<const PlacedPart> parts, const std::st
   out.text("# made by gltf-psplit\n");
   if (!library.empty()) out.text("mtllib " + library + "\n");
   ObjWriter writer(out, obj_has_colors(parts));
-  for (const PlacedPart& part : parts) writer.add(part);
+  const bool are_doubles = need_doubles(parts);
+  for (size_t first = 0, end = 0; first < parts.size(); first = end) {
+    // The shortest digits of floats are those of other doubles, which a reader may take them for.
+    PositionSpread object;
+    for (; end < parts.size() && parts[end].object == parts[first].object; ++end)
+      if (!are_doubles) object.add(position_spread(parts[end]));
+    for (size_t i = first; i < end; ++i) writer.add(parts[i], are_doubles || is_far(object));
+  }
   return out.flush();
 }
 

@@ -23,6 +23,7 @@ Status check_positions(std::span<const PlacedPart> parts);
 //   PLY  one mesh, binary and little-endian: positions, normals and texture coordinates as floats, colours as
 //        they are stored if all parts store them so, and otherwise as floats; an attribute _NAME of one number
 //        as the property "name"
+//   (positions are doubles in PLY, and have their digits in OBJ, where need_doubles)
 //   OBJ  objects, and the materials of the MTL file `library`; colours as floats behind the positions
 //   STL  one solid, binary; a facet's normal is that of its corners
 // The file appears whole or not at all. Errors: kIo; kUnsupported for positions that are not three finite

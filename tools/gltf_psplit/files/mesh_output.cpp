@@ -59,10 +59,11 @@ bool is_identity(const Transform& t) {
   return is(t.x, {1, 0, 0}) && is(t.y, {0, 1, 0}) && is(t.z, {0, 0, 1}) && is(t.origin, {});
 }
 
-void place_value(const Transform& transform, bool mirrored, std::string_view semantic, std::span<float> value) {
+void place_value(const Transform& transform, bool mirrored, std::string_view semantic,
+                 std::span<double> value) {
   if (value.size() < 3 || (semantic != "POSITION" && semantic != "NORMAL" && semantic != "TANGENT")) return;
   const Vec3 to = moved(transform, mirrored, semantic, {value[0], value[1], value[2]});
-  value[0] = static_cast<float>(to.x), value[1] = static_cast<float>(to.y), value[2] = static_cast<float>(to.z);
+  value[0] = to.x, value[1] = to.y, value[2] = to.z;
   if (value.size() > 3 && mirrored) value[3] = -value[3];
 }
 
@@ -118,7 +119,7 @@ class SceneParts {
       if (!view) return view.status();
       PlacedPart part{object, material_name(primitives[i].material), *view, {}, mirrored};
       if (moves)
-        part.place = [transform, mirrored](std::string_view semantic, std::span<float> value) {
+        part.place = [transform, mirrored](std::string_view semantic, std::span<double> value) {
           place_value(transform, mirrored, semantic, value);
         };
       face_count_ += part.face_count();
@@ -328,6 +329,9 @@ std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, 
   } else {
     for (const std::string& semantic : attributes_left_out(format, scene.parts)) losses.push_back(semantic);
   }
+  const bool holds_floats = format == AssetFormat::kStl || format == AssetFormat::kDraco;
+  if (holds_floats && need_doubles(scene.parts))
+    losses.push_back("digits of positions that floats cannot hold");
   if (format == AssetFormat::kObj)
     for (const std::string& name : files.losses(scene.materials)) losses.push_back("materials' " + name);
   else if (!scene.materials.empty())
