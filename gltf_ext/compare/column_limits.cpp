@@ -25,7 +25,8 @@ double extent(AssetPrimitives primitives, const std::string& attribute) {
     for_each_step(values, [&](size_t first, size_t end) {
       for (size_t point = first; point < end; ++point)
         for (size_t c = 0; c < values.component_count; ++c) {
-          const double value = number_at(values, point, c);
+          double value = number_at(values, point, c);
+          if (attribute == "POSITION" && c < primitive->origin.size()) value += primitive->origin[c];
           if (!std::isfinite(value)) continue;
           low[c] = std::min(low[c], value);
           high[c] = std::max(high[c], value);

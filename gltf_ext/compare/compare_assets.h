@@ -7,6 +7,8 @@
 // values must be equal to the bit, except for the sign of zero. Lines and points are compared in the same way.
 // Morph targets are compared as attributes of the points that they move.
 //
+// Positions may be relative to an origin (AssetPrimitive::origin), which is added in double precision.
+//
 // Not compared: nodes and their transforms; materials, except for their number, if both assets have equally
 // many; names; points that no element uses; and degenerate triangles, which encoders drop. The last two are
 // counted.

@@ -53,9 +53,10 @@ AssetPrimitive mend_weights(const AssetPrimitive& primitive) {
   return mended;
 }
 
-std::vector<double> values_at(const ValuesView& column, uint32_t point) {
+std::vector<double> values_at(const ElementPart& part, size_t column, uint32_t point) {
   std::vector<double> values;
-  for (size_t c = 0; c < column.component_count; ++c) values.push_back(number_at(column, point, c));
+  for (size_t c = 0; c < part.columns[column].component_count; ++c)
+    values.push_back(part.number(column, point, c));
   return values;
 }
 
@@ -68,7 +69,8 @@ void mark_flat_faces(const AssetPrimitive& primitive, AssetPrimitives others, ui
   if (primitive.corner_count != 3 || position.component_type != ComponentType::kFloat32) return;
   std::map<std::string, const AttributeCoding*> grids;
   for (const AssetPrimitive* other : others)
-    if (const auto found = other->grids.find("POSITION"); found != other->grids.end())
+    if (const auto found = other->grids.find("POSITION");
+        found != other->grids.end() && other->origin == primitive.origin)
       grids.emplace(found->second.identity, &found->second.coding);
   grids.erase("");
   if (const auto own = primitive.grids.find("POSITION"); own != primitive.grids.end())
@@ -104,6 +106,7 @@ class GroupComparer {
       for (size_t i = 0; i < primitives_[side].size(); ++i) {
         const MeshView& mesh = primitives_[side][i]->view;
         ElementPart part{mesh.indices, {}, {}};
+        part.origin = primitives_[side][i]->origin;
         for (size_t column = 0; column < names_.size(); ++column) {
           part.columns.push_back(*mesh.find(names_[column].first));
           part.limits.push_back(limits[column].limits[side][i]);
@@ -261,7 +264,7 @@ class GroupComparer {
     difference.what = "has no counterpart";
     difference.attribute = names_[0].first;
     difference.corner = 0;
-    difference.value = values_at(pair.a().parts()[located.part].columns[0], located.points[0]);
+    difference.value = values_at(pair.a().parts()[located.part], 0, located.points[0]);
     if (!near.element) return difference;
     const ElementBag::Located other = pair.b().locate(*near.element);
     difference.partner = other.element;
@@ -278,10 +281,10 @@ class GroupComparer {
         const int other_corner = (corner + near.turn) % pair.a().corner_count();
         difference.corner = corner;
         difference.attribute = names_[column].first;
-        difference.value = values_at(pair.a().parts()[located.part].columns[column],
-                                     located.points[static_cast<size_t>(corner)]);
-        difference.other = values_at(pair.b().parts()[other.part].columns[column],
-                                     other.points[static_cast<size_t>(other_corner)]);
+        difference.value =
+            values_at(pair.a().parts()[located.part], column, located.points[static_cast<size_t>(corner)]);
+        difference.other =
+            values_at(pair.b().parts()[other.part], column, other.points[static_cast<size_t>(other_corner)]);
         return difference;
       }
     return difference;
@@ -309,8 +312,8 @@ class GroupComparer {
     difference.corner = tear.corners[0];
     difference.attribute = names_[0].first;
     const ElementBag::Located located = bags_[0].locate(tear.elements[0]);
-    difference.value = values_at(bags_[0].parts()[located.part].columns[0],
-                                 located.points[static_cast<size_t>(tear.corners[0])]);
+    difference.value =
+        values_at(bags_[0].parts()[located.part], 0, located.points[static_cast<size_t>(tear.corners[0])]);
     difference.what = tear.in_b ? "is separated from its neighbour in the second file"
                                 : "is separated from its neighbour in the first file";
     return difference;

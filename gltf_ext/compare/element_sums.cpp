@@ -118,11 +118,19 @@ bool have_same_types(const ElementPair& pair) {
   return true;
 }
 
+// Equal numbers are equal positions only then.
+bool have_one_origin(const ElementPair& pair) {
+  for (const ElementBag* bag : {&pair.a(), &pair.b()})
+    for (const ElementPart& part : bag->parts())
+      if (part.origin != pair.a().parts()[0].origin) return false;
+  return true;
+}
+
 }  // namespace
 
 std::optional<EqualSums> equal_sums(const ElementPair& pair, const RoundingGrids& grids_of_a,
                                     const RoundingGrids& grids_of_b, const ThreadPool& pool) {
-  if (!have_same_types(pair)) return std::nullopt;
+  if (!have_same_types(pair) || !have_one_origin(pair)) return std::nullopt;
   ElementSum a = sum_of(pair.a(), grids_of_a, pool), b = sum_of(pair.b(), grids_of_b, pool);
   if (a.low != b.low || a.high != b.high ||
       pair.a().size() - a.left_out.size() != pair.b().size() - b.left_out.size())

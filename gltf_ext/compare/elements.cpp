@@ -8,6 +8,11 @@
 
 namespace psplit {
 
+double ElementPart::number(size_t column, size_t point, size_t component) const {
+  const double number = number_at(columns[column], point, component);
+  return column == 0 && component < origin.size() ? number + origin[component] : number;
+}
+
 void ElementBag::add(ElementPart part) {
   first_.push_back(first_.back() + part.indices.count / 3);
   parts_.push_back(std::move(part));
@@ -123,8 +128,13 @@ double ElementPair::difference(size_t column, const ElementBag::Located& a, cons
   const uint32_t point_b = b.points[static_cast<size_t>((corner + turn) % corner_count)];
   const size_t components = of_a.component_count;
   const bool is_direction = directions_[column] && components >= 3 && limit(column, a.part, b.part) > 0;
+  // The difference of origins is exact, and nothing is rounded where there is none.
+  std::array<double, 3> apart{};
+  for (size_t c = 0; column == 0 && c < apart.size(); ++c)
+    apart[c] = a_->parts()[a.part].origin[c] - b_->parts()[b.part].origin[c];
   return value_distance(
-      components, is_direction, [&](size_t c) { return number_at(of_a, point_a, c); },
+      components, is_direction,
+      [&](size_t c) { return number_at(of_a, point_a, c) + (c < apart.size() ? apart[c] : 0); },
       [&](size_t c) { return number_at(of_b, point_b, c); });
 }
 

@@ -23,6 +23,10 @@ struct ElementPart {
   std::vector<ValuesView> columns;  // the first is POSITION
   std::vector<ColumnLimit> limits;  // one for each column
   std::vector<bool> is_flat{};      // see mark_flat; empty if none is
+  std::array<double, 3> origin{};   // what the positions are relative to
+
+  // The number that a component means, counted from the same origin in all parts.
+  double number(size_t column, size_t point, size_t component) const;
 };
 
 // Elements of several primitives with consecutive numbers.

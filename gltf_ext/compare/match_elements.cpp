@@ -49,16 +49,15 @@ class Cells {
       uint64_t hash = 0;
       for (const size_t column : exact_)
         for (size_t c = 0; c < part.columns[column].component_count; ++c)
-          hash = mix(hash,
-                     bits_of(number_at(part.columns[column], located.points[static_cast<size_t>(corner)], c)));
+          hash = mix(hash, bits_of(part.number(column, located.points[static_cast<size_t>(corner)], c)));
       sum += mix(hash, 1);
     }
     keys.assign(1, sum);
     for (const Dimension& dimension : dimensions_) {
       double value = 0;
       for (int corner = 0; corner < corner_count_; ++corner)
-        value += number_at(part.columns[dimension.column], located.points[static_cast<size_t>(corner)],
-                           dimension.component);
+        value +=
+            part.number(dimension.column, located.points[static_cast<size_t>(corner)], dimension.component);
       const double around = own ? 0 : dimension.limit + 1e-14 * std::fabs(value);
       const int64_t low = cell(value - around, dimension), high = cell(value + around, dimension);
       const size_t count = keys.size();
@@ -351,10 +350,10 @@ class TearFinder {
   };
 
   static Position position_of(const ElementBag& bag, const ElementBag::Located& element, int corner) {
-    const ValuesView& values = bag.parts()[element.part].columns[0];
+    const ElementPart& part = bag.parts()[element.part];
     Position position{};
-    for (size_t c = 0; c < std::min<size_t>(3, values.component_count); ++c)
-      position[c] = bits_of(number_at(values, element.points[static_cast<size_t>(corner)], c));
+    for (size_t c = 0; c < std::min<size_t>(3, part.columns[0].component_count); ++c)
+      position[c] = bits_of(part.number(0, element.points[static_cast<size_t>(corner)], c));
     return position;
   }
 
@@ -424,10 +423,10 @@ class Windows {
   // The sum along an axis. No turn changes it but for rounding; `reach` covers that.
   double sum(size_t side, uint32_t element, size_t axis) const {
     const ElementBag::Located located = bag(side).locate(element);
-    const ValuesView& positions = bag(side).parts()[located.part].columns[0];
+    const ElementPart& part = bag(side).parts()[located.part];
     double sum = 0;
     for (int corner = 0; corner < bag(side).corner_count(); ++corner)
-      sum += number_at(positions, located.points[static_cast<size_t>(corner)], axis);
+      sum += part.number(0, located.points[static_cast<size_t>(corner)], axis);
     return std::isnan(sum) ? low_ : std::clamp(sum, low_, high_);
   }
   double key(size_t side, uint32_t element) const {
@@ -449,10 +448,10 @@ class Windows {
           low = std::min(low, at);
           high = std::max(high, at);
           const ElementBag::Located located = bag(side).locate(i);
-          const ValuesView& positions = bag(side).parts()[located.part].columns[0];
+          const ElementPart& part = bag(side).parts()[located.part];
           double least = kLargest, most = -kLargest;
           for (int corner = 0; corner < bag(side).corner_count(); ++corner) {
-            const double value = number_at(positions, located.points[static_cast<size_t>(corner)], axis);
+            const double value = part.number(0, located.points[static_cast<size_t>(corner)], axis);
             least = std::min(least, value);
             most = std::max(most, value);
           }

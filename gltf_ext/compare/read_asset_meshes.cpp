@@ -128,6 +128,13 @@ void AssetPrimitive::take(Mesh mesh) {
   owned = {kept};
 }
 
+void AssetPrimitive::set_origin(const std::array<double, 3>& to) {
+  origin = to;
+  const auto grid = grids.find("POSITION");
+  if (origin == std::array<double, 3>{} || grid == grids.end() || grid->second.identity.empty()) return;
+  grid->second.identity.append(reinterpret_cast<const char*>(origin.data()), sizeof origin);
+}
+
 Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBackend& backend,
                                         const DescribeStream& describe, const ThreadPool& pool,
                                         const Progress& progress, const ViewPrimitive& view) {

@@ -1,6 +1,7 @@
 // The meshes of an asset, decoded, as compare_assets takes them.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -30,6 +31,8 @@ struct AssetPrimitive {
   // "target 0 POSITION".
   MeshView view;
   std::map<std::string, DeclaredGrid> grids{};
+  // What positions are relative to. Zeros unless the caller knows it; see set_origin.
+  std::array<double, 3> origin{};
   // The values are in a buffer without bytes (document.h): there is nothing to compare.
   bool has_no_data = false;
   std::vector<std::shared_ptr<const void>> owned{};  // what the view points to; copies share it
@@ -37,6 +40,8 @@ struct AssetPrimitive {
   uint32_t element_count() const { return view.indices.count / 3; }
   // Makes a view of a mesh, which the primitive then owns.
   void take(Mesh mesh);
+  // Equal grids of positions relative to different origins are different grids.
+  void set_origin(const std::array<double, 3>& to);
 };
 
 struct AssetMeshes {

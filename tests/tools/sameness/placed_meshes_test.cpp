@@ -44,7 +44,7 @@ Mesh bent_grid() {
 AssetMeshes placed(const Document& document) {
   const ThreadPool pool(1);
   const AssetMeshes meshes = must(read_asset_meshes(document, cpu_backend(), describe_stream, pool));
-  AssetMeshes placed = must(place_meshes(document, meshes));
+  AssetMeshes placed = must(place_meshes(document, meshes, {}));
   return placed;
 }
 
@@ -143,7 +143,7 @@ TEST(PlacedMeshes, RepeatedMeshesEqualOneThatHoldsAll) {
   const AssetMeshes meshes = must(read_asset_meshes(twice, cpu_backend(), describe_stream, pool));
   AssetMeshes large = meshes;
   large.primitives[0].view.point_count = 1000;
-  const Expected<AssetMeshes> refused = place_meshes(twice, large);
+  const Expected<AssetMeshes> refused = place_meshes(twice, large, {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.status().code(), StatusCode::kUnsupported);
 }

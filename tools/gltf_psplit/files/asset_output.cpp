@@ -30,12 +30,12 @@ Status check_paths(const std::string& input, const Document* document, const std
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend, const std::filesystem::path& spool,
-                                   OutputForms forms, PointClouds clouds) {
+                                   OutputForms forms, PointClouds clouds, const OriginChoice& origin) {
   Status status = check_paths(input, nullptr, output, report, session, written, forms);
   if (!status.ok()) return status;
   Expected<Document> document = [&] {
     ProgressBar bar("reading", session.log);
-    return read_input(input, session, backend, FileAccess::kMap, spool, bar.callback("byte"), clouds);
+    return read_input(input, session, backend, FileAccess::kMap, spool, bar.callback("byte"), clouds, origin);
   }();
   if (!document) return document;
   status = check_paths(input, &*document, output, report, session, written, forms);

@@ -1,7 +1,6 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
 #include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/mesh_files/read_asset.h"
 #include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 
@@ -16,17 +15,29 @@ Expected<Mesh> decode_draco_points(std::span<const uint8_t> stream, StreamDescri
 
 Expected<Document> read_input(const std::string& path, const Session& session, const std::string& backend,
                               FileAccess access, const std::filesystem::path& spool, const Progress& progress,
-                              PointClouds clouds) {
+                              PointClouds clouds, const OriginChoice& origin) {
+  Expected<Asset> asset = read_input_asset(path, session, backend, access, spool, progress, clouds, origin);
+  if (!asset) return asset.status();
+  log_warnings(*asset, path, origin, session.log);
+  return std::move(asset->document);
+}
+
+void log_warnings(const Asset& asset, const std::string& path, const OriginChoice& origin, const Log& log) {
+  for (const std::string& warning : asset.warnings) log.warning(path + ": " + warning);
+  if (origin.by != OriginChoice::By::kNeed && !asset.is_mesh_file)
+    log.warning(path + ": --origin is for PLY, OBJ, STL and OFF, and has no effect here");
+}
+
+Expected<Asset> read_input_asset(const std::string& path, const Session& session, const std::string& backend,
+                                 FileAccess access, const std::filesystem::path& spool,
+                                 const Progress& progress, PointClouds clouds, const OriginChoice& origin) {
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
   if (!spool.empty()) spooled = spool_input(path, spool, progress);
   if (!spooled) return spooled.status();
   const DecodePoints decode_points = clouds == PointClouds::kRead ? decode_draco_points : DecodePoints();
-  Expected<Asset> asset =
-      *spooled ? read_asset(**spooled, path, find_describer(backend), decode_points, session.pool)
-               : read_asset(path, find_describer(backend), access, progress, decode_points, session.pool);
-  if (!asset) return asset.status();
-  for (const std::string& warning : asset->warnings) session.log.warning(path + ": " + warning);
-  return std::move(asset->document);
+  return *spooled
+             ? read_asset(**spooled, path, find_describer(backend), decode_points, session.pool, origin)
+             : read_asset(path, find_describer(backend), access, progress, decode_points, session.pool, origin);
 }
 
 Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder,

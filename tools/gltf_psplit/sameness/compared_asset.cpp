@@ -44,8 +44,8 @@ Expected<bool> view_primitive(const Document& document, const MemoryLimit& limit
 }
 
 // Reads a file or a pipe of any size.
-Expected<Document> open_large(const std::string& path, const BackendChoice& backend, const MemoryLimit& limit,
-                              const Session& session) {
+Expected<Asset> open_large(const std::string& path, const BackendChoice& backend, const MemoryLimit& limit,
+                           const Session& session, const OriginChoice& origin) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return stream.status().at({.file = path});
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
@@ -53,17 +53,15 @@ Expected<Document> open_large(const std::string& path, const BackendChoice& back
   const std::optional<AssetFormat> format = format_of(*scanner, path);
   if (format && can_be_spooled(*format) && *format != AssetFormat::kObj) {
     constexpr uint64_t kMostZeroNormals = uint64_t{1} << 20;
-    Expected<Asset> asset = read_spool(*scanner, *format, path, {limit.folder, kMostZeroNormals});
-    if (!asset) return asset.status();
-    return std::move(asset->document);
+    return read_spool(*scanner, *format, path, {limit.folder, kMostZeroNormals, false, origin});
   }
-  if (path != "-" && is_disk_file(path)) return read_input(path, session, backend.name);
+  if (path != "-" && is_disk_file(path))
+    return read_input_asset(path, session, backend.name, FileAccess::kMap, {}, {}, PointClouds::kRefuse,
+                            origin);
   // A pipe can be read only once: this is the rest of what was looked into.
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limit.folder);
   if (!spooled) return spooled.status().at({.file = path});
-  Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name), {}, session.pool);
-  if (!asset) return asset.status();
-  return std::move(asset->document);
+  return read_asset(spooled->bytes, path, find_describer(backend.name), {}, session.pool, origin);
 }
 
 }  // namespace
@@ -96,12 +94,15 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
 }
 
 Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
-                                      const MemoryLimit* limit, const Session& session) {
+                                      const MemoryLimit* limit, const Session& session,
+                                      const OriginChoice& origin) {
   ProgressBar bar("reading", session.log);
-  Expected<Document> document =
-      limit != nullptr ? open_large(path, backend, *limit, session) : read_input(path, session, backend.name);
-  if (!document) return document.status();
-  ComparedAsset asset{std::move(*document), {}};
+  Expected<Asset> read = limit != nullptr ? open_large(path, backend, *limit, session, origin)
+                                          : read_input_asset(path, session, backend.name, FileAccess::kMap, {},
+                                                             {}, PointClouds::kRefuse, origin);
+  if (!read) return read.status();
+  ComparedAsset asset{std::move(read->document), {}, read->is_mesh_file, std::move(read->warnings), {}};
+  asset.origins = mesh_origins(asset.document);
   ViewPrimitive view;
   if (limit != nullptr)
     view = [&](AssetPrimitive& primitive) {

@@ -51,8 +51,9 @@ ValuesView mapped(const ValuesView& values, const Map& map, double last, AssetPr
           std::as_bytes(std::span<const float>(*results))};
 }
 
-void place(AssetPrimitive& primitive, const Transform& transform) {
+void place(AssetPrimitive& primitive, const Transform& transform, const PrecisePosition& origin) {
   const bool mirrored = mirrors(transform);
+  primitive.origin = origin;
   const auto [shortest, longest] = axes(transform);
   std::erase_if(primitive.view.attributes,
                 [](const MeshView::Values& attribute) { return attribute.semantic.starts_with("target "); });
@@ -68,7 +69,7 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
       values = mapped(
           values,
           [&](Vec3 p) {
-            const Vec3 to = moved(transform, mirrored, name, p);
+            const Vec3 to = moved(transform, mirrored, name, p) - Vec3{origin[0], origin[1], origin[2]};
             farthest = std::max({farthest, std::fabs(to.x), std::fabs(to.y), std::fabs(to.z)});
             return to;
           },
@@ -100,7 +101,64 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
 
 }  // namespace
 
-Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& asset) {
+std::vector<PrecisePosition> mesh_origins(const Document& document) {
+  std::vector<PrecisePosition> origins(document.records().meshes.size());
+  const Expected<std::vector<MeshInstance>> instances = scene_instances(document);
+  if (!instances) return origins;
+  std::vector<bool> is_seen(origins.size()), is_moved_otherwise(origins.size());
+  for (const MeshInstance& instance : *instances) {
+    if (instance.mesh >= origins.size()) continue;
+    const Transform& t = instance.to_world;
+    const auto is = [](Vec3 v, Vec3 to) { return v.x == to.x && v.y == to.y && v.z == to.z; };
+    const PrecisePosition origin{t.origin.x, t.origin.y, t.origin.z};
+    if (!is(t.x, {1, 0, 0}) || !is(t.y, {0, 1, 0}) || !is(t.z, {0, 0, 1}) ||
+        (is_seen[instance.mesh] && origins[instance.mesh] != origin))
+      is_moved_otherwise[instance.mesh] = true;
+    is_seen[instance.mesh] = true;
+    origins[instance.mesh] = origin;
+  }
+  for (size_t i = 0; i < origins.size(); ++i)
+    if (is_moved_otherwise[i]) origins[i] = {};
+  return origins;
+}
+
+double half_step(const DeclaredGrid& positions) {
+  return double{positions.coding.range} / (std::ldexp(1.0, positions.coding.bits) - 1) / 2;
+}
+
+OriginChoice origin_beside(const ComparedAsset& other) {
+  OriginChoice choice;
+  const auto is_zero = [](const PrecisePosition& origin) { return origin == PrecisePosition{}; };
+  if (!std::ranges::all_of(other.origins, is_zero)) {
+    choice.by = OriginChoice::By::kGiven;
+    choice.given = other.origins;
+    choice.refuses_coarse = true;
+  }
+  for (const AssetPrimitive& primitive : other.meshes.primitives)
+    if (const auto grid = primitive.grids.find("POSITION"); grid != primitive.grids.end())
+      choice.spare = std::max(choice.spare, half_step(grid->second));
+  return choice;
+}
+
+Expected<PositionSpread> spread_of_scene(const Document& document, const AssetMeshes& asset) {
+  const Expected<std::vector<MeshInstance>> instances = scene_instances(document);
+  if (!instances) return instances.status();
+  PositionSpread spread;
+  for (const MeshInstance& instance : *instances)
+    for (const AssetPrimitive& primitive : asset.primitives) {
+      const ValuesView* const values = primitive.view.find("POSITION");
+      if (primitive.whole != instance.mesh || values == nullptr || values->component_count < 3) continue;
+      for (uint32_t point = 0; point < values->count; ++point) {
+        const Vec3 at = instance.to_world.point(
+            {number_at(*values, point, 0), number_at(*values, point, 1), number_at(*values, point, 2)});
+        if (const PrecisePosition position{at.x, at.y, at.z}; is_finite(position)) spread.add(position);
+      }
+    }
+  return spread;
+}
+
+Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& asset,
+                                   const PrecisePosition& origin) {
   const Expected<std::vector<MeshInstance>> instances = scene_instances(document);
   if (!instances) return instances.status();
   std::vector<std::vector<const AssetPrimitive*>> meshes(asset.whole_count);
@@ -121,7 +179,7 @@ Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& 
     for (const AssetPrimitive* primitive : meshes[instance.mesh]) {
       AssetPrimitive& copy = placed.primitives.emplace_back(*primitive);
       copy.whole = 0;
-      place(copy, instance.to_world);
+      place(copy, instance.to_world, origin);
     }
   return placed;
 }

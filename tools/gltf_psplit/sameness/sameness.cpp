@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 #include <span>
@@ -9,6 +10,7 @@
 #include "gltf_ext/compare/column_limits.h"
 #include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/files/float_text.h"
+#include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -91,13 +93,69 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
              " divided into other primitives, and compared as wholes");
 }
 
+// Positions of mesh files are in doubles: they are read relative to the origins of the other file, so that
+// their floats can be compared. A mesh file whose origin turns out to be another one is read again.
+Expected<std::array<ComparedAsset, 2>> read_both(const std::string (&inputs)[2], const BackendChoice& backend,
+                                                 const MemoryLimit* limit, const Session& session) {
+  Expected<ComparedAsset> a = read_compared(inputs[0], backend, limit, session, {});
+  if (!a) return a.status();
+  Expected<ComparedAsset> b = read_compared(inputs[1], backend, limit, session, origin_beside(*a));
+  if (!b) return b.status();
+  if (a->is_mesh_file && a->origins != b->origins && inputs[0] != "-" && is_disk_file(inputs[0])) {
+    a = read_compared(inputs[0], backend, limit, session, origin_beside(*b));
+    if (!a) return a.status();
+  }
+  return std::array<ComparedAsset, 2>{std::move(*a), std::move(*b)};
+}
+
+// Nodes are not compared. But those of mesh files are what was subtracted from positions, and so is the
+// translation in a file that was made of one.
+void count_origins(std::array<ComparedAsset, 2>& assets) {
+  if (!assets[0].is_mesh_file && !assets[1].is_mesh_file) return;
+  for (ComparedAsset& asset : assets)
+    for (AssetPrimitive& primitive : asset.meshes.primitives)
+      primitive.set_origin(asset.origins[primitive.whole]);
+}
+
+// What floats lose far from the origin is no part of the grid, but a difference, if the other side is a mesh
+// file that had to be read relative to another origin.
+void limit_grids(std::array<ComparedAsset, 2>& assets) {
+  if (!assets[0].is_mesh_file && !assets[1].is_mesh_file) return;
+  if (assets[0].origins == assets[1].origins) return;
+  constexpr double kRoundingOfFloats = 1e-7;
+  for (ComparedAsset& asset : assets)
+    for (AssetPrimitive& primitive : asset.meshes.primitives)
+      if (const auto found = primitive.grids.find("POSITION"); found != primitive.grids.end()) {
+        DeclaredGrid& grid = found->second;
+        grid.within = std::min(grid.within, half_step(grid) + kRoundingOfFloats * double{grid.coding.range});
+      }
+}
+
+// Both scenes around the same origin.
+Status place_scenes(std::array<ComparedAsset, 2>& assets, const std::string (&inputs)[2]) {
+  PositionSpread both;
+  for (const size_t side : {0u, 1u}) {
+    const Expected<PositionSpread> spread = spread_of_scene(assets[side].document, assets[side].meshes);
+    if (!spread) return spread.status().at({.file = inputs[side]});
+    both.add(*spread);
+  }
+  const PrecisePosition origin = choose_origins({&both, 1}, {})[0];
+  for (const size_t side : {0u, 1u}) {
+    Expected<AssetMeshes> placed = place_meshes(assets[side].document, assets[side].meshes, origin);
+    if (!placed) return placed.status().at({.file = inputs[side]});
+    assets[side].meshes = std::move(*placed);
+  }
+  return {};
+}
+
 }  // namespace
 
 void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   CLI::Option* second = command.add_option(
       "B", options.second,
       "A second asset. Tells whether IN and B hold the same meshes, up to order and quantization; both may "
-      "be compressed. Exits with 7 if they differ. Nodes are ignored without --scene");
+      "be compressed. Exits with 7 if they differ. Nodes are ignored without --scene, but for the origins "
+      "of a PLY, OBJ, STL or OFF, and translations beside one");
   command
       .add_option("--tolerance", options.tolerances,
                   "How much values may differ, as a share of the attribute's extent; 0: they must be equal. "
@@ -143,18 +201,21 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     return wrong_usage("--scene needs both assets in memory, which is more than --memory allows");
   const std::string inputs[] = {first, options.second};
   if (Status status = check_not_an_input(output, "--output", inputs); !status.ok()) return status;
-  AssetMeshes meshes[2];
-  Document documents[2];  // the meshes refer to them
+  Expected<std::array<ComparedAsset, 2>> assets = read_both(inputs, backend, fits ? nullptr : &limit, session);
+  if (!assets) return assets.status();
   for (const size_t side : {0u, 1u}) {
-    Expected<ComparedAsset> asset = read_compared(inputs[side], backend, fits ? nullptr : &limit, session);
-    if (!asset) return asset.status();
-    documents[side] = std::move(asset->document);
-    if (Status status = check_not_an_input(output, "--output", documents[side]); !status.ok()) return status;
-    const Expected<AssetMeshes> placed =
-        options.scene ? place_meshes(documents[side], asset->meshes) : std::move(asset->meshes);
-    if (!placed) return placed.status().at({.file = inputs[side]});
-    meshes[side] = *placed;
+    for (const std::string& warning : (*assets)[side].warnings)
+      session.log.warning(inputs[side] + ": " + warning);
+    if (Status status = check_not_an_input(output, "--output", (*assets)[side].document); !status.ok())
+      return status;
   }
+  limit_grids(*assets);
+  if (options.scene) {
+    if (Status status = place_scenes(*assets, inputs); !status.ok()) return status;
+  } else {
+    count_origins(*assets);
+  }
+  const std::array<AssetMeshes, 2> meshes{std::move((*assets)[0].meshes), std::move((*assets)[1].meshes)};
   if (Status status = check_attributes(rules, meshes, session.log); !status.ok()) return status;
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);
