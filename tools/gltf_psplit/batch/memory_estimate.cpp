@@ -51,6 +51,8 @@ Counts counts_of_gltf(const AssetRecords& records) {
 
 // OBJ and STL are read through a table of their points.
 constexpr uint64_t kTableBytes = 12, kVectorBytes = 12, kPairBytes = 8;
+// Positions of texts are in doubles until their origin is known.
+constexpr uint64_t kDoublesBytes = 24;
 
 // The unpacked size of a file. A gzip file ends with it, modulo 2^32.
 uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
@@ -81,7 +83,11 @@ Counts counts_of_ply(Scanner& scanner, uint64_t bytes) {
     }
     const uint64_t count = std::min(element.count, left / std::max<uint64_t>(stride, 1));
     left -= count * stride;
-    if (element.name == "vertex") counts.values = count * 4 * std::max<uint64_t>(numbers, 3);
+    const bool has_doubles = std::ranges::any_of(element.properties, [](const PlyProperty& property) {
+      return property.name == "x" && property.type != PlyType::kFloat32;
+    });
+    if (element.name == "vertex")
+      counts.values = count * (4 * std::max<uint64_t>(numbers, 3) + (has_doubles ? kDoublesBytes : 0));
     if (index_bytes == 0) continue;
     // A polygon of n corners becomes n - 2 faces. Text does not tell n: quads are assumed.
     const uint64_t corners = left / index_bytes;
@@ -93,15 +99,16 @@ Counts counts_of_ply(Scanner& scanner, uint64_t bytes) {
 // Each corner of a facet may be a point of its own.
 Counts counts_of_stl(Scanner& scanner, uint64_t bytes) {
   constexpr uint64_t kBinaryFacet = 50;
-  uint64_t facet_bytes = kBinaryFacet;
+  uint64_t facet_bytes = kBinaryFacet, doubles = 0;
   if (!has_size_of_binary_stl(scanner) && is_text_stl(scanner)) {
     const std::string_view head = scanner.peek(Scanner::kMostPeeked);
     uint64_t facets = 1;  // the solid's first line makes up for the last one, which is cut
     for (size_t at = head.find("endfacet"); at != head.npos; at = head.find("endfacet", at + 1)) ++facets;
     facet_bytes = std::max<uint64_t>(head.size() / facets, kBinaryFacet);
+    doubles = kDoublesBytes;
   }
   const uint64_t facets = bytes / facet_bytes;
-  return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes)};
+  return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes + doubles)};
 }
 
 // The front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices and faces, otherwise
@@ -136,7 +143,7 @@ Counts counts_of_off(Scanner& scanner, uint64_t bytes) {
     for (; word.starts_with('#'); word = scanner.next_word()) scanner.skip_rest_of_line();
     count = std::min(static_cast<uint64_t>(std::max<int64_t>(parse_integer(word).value_or(0), 0)), bytes);
   }
-  return {2 * counts[1], counts[0] * 4 * numbers};  // quads are assumed
+  return {2 * counts[1], counts[0] * (4 * numbers + kDoublesBytes)};  // quads are assumed
 }
 
 // A sample of the lines of an OBJ.
@@ -171,7 +178,8 @@ class ObjLines {
     const double more = static_cast<double>(corners_) - static_cast<double>(vectors_);
     const double points = static_cast<double>(vectors_) + share * std::max(more, 0.0);
     const uint64_t values = kVectorBytes + (has_colors_ ? kVectorBytes : 0) +
-                            (has_normals_ ? kVectorBytes : 0) + (has_pairs_ ? kPairBytes : 0) + kTableBytes;
+                            (has_normals_ ? kVectorBytes : 0) + (has_pairs_ ? kPairBytes : 0) + kTableBytes +
+                            kDoublesBytes;
     return {static_cast<uint64_t>(scale * static_cast<double>(faces_)),
             static_cast<uint64_t>(scale * points) * values};
   }

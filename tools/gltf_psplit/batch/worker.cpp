@@ -117,7 +117,7 @@ class AssetWork {
         record_(record),
         memory_(memory),
         staging_folder_(std::move(staging_folder)),
-        options_(describe_options(arguments.encode.options)) {}
+        options_(describe_options(arguments.encode.options, arguments.encode.origin)) {}
 
   // `id` is unique among the assets that run at once. Calls `waits(true)` before it waits for memory, and
   // `waits(false)` after. Failures are in the outcome.
@@ -226,7 +226,10 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
 
 Status AssetWork::work_on_file(Job& job) {
   if (arguments_.verb == BatchVerb::kValidate) return validate(job);
-  Expected<Document> document = read_input(job.input.string(), session_, "auto", FileAccess::kRead);
+  OriginChoice origin = arguments_.encode.origin;
+  if (arguments_.verb == BatchVerb::kDecode) origin.bits = 0;
+  Expected<Document> document =
+      read_input(job.input.string(), session_, "auto", FileAccess::kRead, {}, {}, PointClouds::kRefuse, origin);
   if (!document) return document.status();
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
   if (Status status = check_report_beside(*document); !status.ok()) return status;

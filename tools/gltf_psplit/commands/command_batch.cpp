@@ -102,6 +102,7 @@ Status apply_plan(BatchCommandArguments& arguments, const Session& session) {
   planned.resolve();
   arguments.verb = planned.verb;
   arguments.batch.encode.options = planned.batch.encode.options;
+  arguments.batch.encode.origin = planned.batch.encode.origin;
   arguments.batch.write = planned.batch.write;
   return {};
 }

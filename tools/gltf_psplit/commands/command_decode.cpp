@@ -32,6 +32,7 @@ struct DecodeArguments {
   BackendChoice backend;
   MemoryChoice memory;
   EncodeDocumentOptions options;
+  OriginChoice origin;
   WriteOptions write;
   bool accept_loss = false;
 };
@@ -112,9 +113,13 @@ Status run_decode(const DecodeArguments& arguments, const Session& session) {
   if (Status status = check_form(arguments, mesh_format); !status.ok()) return status;
   const Stopwatch watch;
   WriteReport written;
-  Expected<Document> document = read_for_output(
-      arguments.input, arguments.output, arguments.report, session, written, arguments.backend.name,
-      spool_folder(arguments.memory, arguments.output), OutputForms::kGltfAndMeshFiles, PointClouds::kRead);
+  OriginChoice origin = arguments.origin;
+  origin.bits = 0;  // plain floats are as exact as they can be
+  if (arguments.target == "draco" || mesh_format == AssetFormat::kDraco) follow_bits(arguments.options, origin);
+  Expected<Document> document =
+      read_for_output(arguments.input, arguments.output, arguments.report, session, written,
+                      arguments.backend.name, spool_folder(arguments.memory, arguments.output),
+                      OutputForms::kGltfAndMeshFiles, PointClouds::kRead, origin);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(*document), {}};
   if (arguments.target != "draco" && is_glb_output(arguments.output))
@@ -179,6 +184,7 @@ void add_decode_command(CLI::App& app, Action& action) {
                      "Larger meshes are decoded by the CPU into a temporary file of their size. Not with "
                      "--to draco, which needs whole meshes.");
   add_coding_options(command, arguments->options, true);
+  add_origin_option(command, arguments->origin);
   group_encode_options(command);
   add_examples(
       command,

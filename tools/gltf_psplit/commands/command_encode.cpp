@@ -151,8 +151,8 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
                        : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input,
                                                           makes_coarse(arguments), bytes.bytes.bytes().size());
     if (*estimate <= arguments.memory) {
-      Expected<Asset> asset =
-          read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool);
+      Expected<Asset> asset = read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool,
+                                         arguments.encode.origin);
       if (!asset) return asset.status();
       return Input{std::move(*asset), !is_gltf};
     }
@@ -161,8 +161,9 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
   const auto check = [&](const ExpectedSizes& sizes, bool is_certain) {
     return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
   };
-  Expected<Asset> asset = read_spool(*scanner, *format, arguments.input,
-                                     spool_options(arguments.encode.options, limits), check, session.pool);
+  SpoolOptions spool = spool_options(arguments.encode.options, limits);
+  spool.origin = arguments.encode.origin;
+  Expected<Asset> asset = read_spool(*scanner, *format, arguments.input, std::move(spool), check, session.pool);
   if (!asset) return asset.status();
   return Input{std::move(*asset)};
 }
@@ -179,7 +180,8 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
     // On virtual machines, small pages cost a third of the time of a large mesh.
     if (fits) expect_large_arrays();
     Expected<Document> document =
-        read_for_output(arguments.input, arguments.output, arguments.report, session, written);
+        read_for_output(arguments.input, arguments.output, arguments.report, session, written, "auto", {},
+                        OutputForms::kGltf, PointClouds::kRefuse, arguments.encode.origin);
     if (!document) return document.status();
     return encode_asset(std::move(*document), arguments, session, fits);
   }
@@ -189,8 +191,7 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
   if (Status status = check(nullptr); !status.ok()) return status;
   Expected<Input> input = read_stream(arguments, session, estimate);
   if (!input) return input.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
-  for (const std::string& warning : input->asset.warnings)
-    session.log.warning(arguments.input + ": " + warning);
+  log_warnings(input->asset, arguments.input, arguments.encode.origin, session.log);
   if (Status status = check(&input->asset.document); !status.ok()) return status;
   return encode_asset(std::move(input->asset.document), arguments, session, input->fits);
 }
@@ -236,7 +237,8 @@ Status run_dry(const EncodeCommandArguments& arguments, const Session& session) 
     if (status.ok()) status = open_byte_stream(arguments.input).status();
   } else {
     const Expected<Document> document =
-        read_for_output(arguments.input, arguments.output, arguments.report, session, written);
+        read_for_output(arguments.input, arguments.output, arguments.report, session, written, "auto", {},
+                        OutputForms::kGltf, PointClouds::kRefuse, arguments.encode.origin);
     status = document ? check_document(*document, find_backend({}), session.pool,
                                        {arguments.memory, limits_of(arguments, session).temporary})
                       : document.status();

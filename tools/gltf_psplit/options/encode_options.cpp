@@ -202,6 +202,19 @@ std::optional<double> parse_length(std::string_view text) {
   return std::nullopt;
 }
 
+// "X,Y,Z". False if the text is something else.
+bool parse_point(std::string_view text, auto& point) {
+  for (size_t axis = 0; axis < point.size(); ++axis) {
+    const auto read = read_float(text.data(), text.data() + text.size(), point[axis]);
+    if (read.ec != std::errc() || !std::isfinite(point[axis])) return false;
+    text.remove_prefix(static_cast<size_t>(read.ptr - text.data()));
+    if (axis + 1 == point.size()) break;
+    if (!text.starts_with(',')) return false;
+    text.remove_prefix(1);
+  }
+  return text.empty();
+}
+
 // Nothing if the text is no order.
 std::optional<PatchOrder> parse_order(std::string_view text) {
   constexpr std::string_view kNear = "near:";
@@ -210,15 +223,7 @@ std::optional<PatchOrder> parse_order(std::string_view text) {
   if (!text.starts_with(kNear)) return std::nullopt;
   PatchOrder order{PatchOrder::By::kNear, {}};
   text.remove_prefix(kNear.size());
-  for (size_t axis = 0; axis < order.point.size(); ++axis) {
-    const auto read = read_float(text.data(), text.data() + text.size(), order.point[axis]);
-    if (read.ec != std::errc() || !std::isfinite(order.point[axis])) return std::nullopt;
-    text.remove_prefix(static_cast<size_t>(read.ptr - text.data()));
-    if (axis + 1 == order.point.size()) break;
-    if (!text.starts_with(',')) return std::nullopt;
-    text.remove_prefix(1);
-  }
-  return text.empty() ? std::optional(order) : std::nullopt;
+  return parse_point(text, order.point) ? std::optional(order) : std::nullopt;
 }
 
 void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
@@ -235,6 +240,17 @@ void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
   command.add_flag("--boxes", options.boxes,
                    "Store the box of each patch, in 6 bytes, by which viewers know what to ask for first. Not "
                    "with --compat khr");
+}
+
+// "none", or three numbers. Nothing if the text is neither.
+std::optional<OriginChoice> parse_origin(std::string_view text) {
+  OriginChoice origin;
+  origin.by = OriginChoice::By::kNone;
+  if (text == "none") return origin;
+  origin.by = OriginChoice::By::kGiven;
+  PrecisePosition& point = origin.given.emplace_back();
+  if (!parse_point(text, point)) return std::nullopt;
+  return origin;
 }
 
 void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
@@ -274,6 +290,31 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
 }
 
 }  // namespace
+
+void add_origin_option(CLI::App& command, OriginChoice& origin) {
+  command
+      .add_option_function<std::string>(
+          "--origin",
+          [&origin](const std::string& text) {
+            const std::optional<OriginChoice> stated = parse_origin(text);
+            origin.by = stated->by;
+            origin.given = stated->given;
+          },
+          "What is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation of "
+          "their nodes: none, or X,Y,Z. By default whole numbers near the centre, where floats would lose "
+          "more than half a step of the grid of the file's doubles or decimals, as far from the origin of a "
+          "map projection; compare and decode count them in again")
+      ->check([](const std::string& text) {
+        return parse_origin(text) ? std::string() : text + " is neither none nor X,Y,Z";
+      })
+      ->type_name("none|X,Y,Z");
+}
+
+void follow_bits(const EncodeDocumentOptions& options, OriginChoice& origin) {
+  const bool is_exact = options.lossless || options.position_bits_by_edges || options.max_position_error > 0;
+  origin.bits = is_exact ? 0 : options.position_bits;
+  origin.is_lossless = options.lossless;
+}
 
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh) {
   const auto add_bits = [&](const char* name, int& bits, bool& is_given, int least, const char* what) {
@@ -353,6 +394,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_order_options(command, options);
   add_coding_options(command, options, true);
   add_volume_option(command, arguments);
+  add_origin_option(command, arguments.origin);
   add_keep_options(command, options);
   add_drop_option(command, arguments.drop_extensions);
   add_storage_options(command, arguments);
@@ -364,6 +406,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
     EncodeDocumentOptions& resolved = arguments.options;
     resolved.verify = !arguments.no_verify;
+    follow_bits(resolved, arguments.origin);
     resolved.condense = arguments.condense && !arguments.no_condense;
     resolved.condense_smallest = resolved.condense && arguments.profile == "size";
     resolved.choose_by_bytes = arguments.profile == "size" && speed->empty() && !resolved.by_libdraco;
@@ -384,7 +427,7 @@ void group_encode_options(CLI::App& command) {
         "--no-refine", "--order", "--boxes"}},
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantization-volume", "--lossless"}},
+        "--quantize-generic", "--quantization-volume", "--lossless", "--origin"}},
       {"What is kept",
        {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
       {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
@@ -394,7 +437,7 @@ void group_encode_options(CLI::App& command) {
       if (CLI::Option* option = command.get_option_no_throw(name)) option->group(group);
 }
 
-std::string describe_options(const EncodeDocumentOptions& options) {
+std::string describe_options(const EncodeDocumentOptions& options, const OriginChoice& origin) {
   const EncodeDocumentOptions& o = options;
   Json described{{"format", kContainerVersion},
                  {"patches", o.patches.count},
@@ -427,6 +470,8 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (o.choose_by_bytes) described["choose_by_bytes"] = true;
   if (o.boxes) described["boxes"] = true;
   if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
+  if (origin.by == OriginChoice::By::kNone) described["origin"] = "none";
+  if (origin.by == OriginChoice::By::kGiven) described["origin"] = origin.given;
   if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
   return described.dump();
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/mesh_files/origin.h"
 
 namespace CLI {
 class App;
@@ -19,6 +20,7 @@ namespace psplit {
 struct EncodeArguments {
   std::string profile, gpu, volume = "mesh", compat = "none";
   EncodeDocumentOptions options;
+  OriginChoice origin;  // of a mesh file
   bool condense = false, no_condense = false;
   bool no_verify = false;
   std::vector<std::string> drop_extensions;
@@ -32,7 +34,12 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
 void group_encode_options(CLI::App& command);
 
 // All options that the bytes of an output depend on, as text.
-std::string describe_options(const EncodeDocumentOptions& options);
+std::string describe_options(const EncodeDocumentOptions& options, const OriginChoice& origin);
+
+// --origin. `origin` must outlive the parse.
+void add_origin_option(CLI::App& command, OriginChoice& origin);
+// What the bits of positions are, so that floats need not say more than these do.
+void follow_bits(const EncodeDocumentOptions& options, OriginChoice& origin);
 
 // The number of multiprocessors of a GPU, from a name like "H100" or "rtx 4090", or from the number itself (1
 // to 4096). Nothing if the name is unknown.
