@@ -13,7 +13,7 @@ namespace psplit {
 namespace {
 
 // The codec for attributes stores sixteen zeros in two bits. The other codecs take at least a byte for a
-// triangle or an index.
+// triangle or an index. Newer codecs, which are not decoded, take less.
 constexpr uint64_t kMostBytesOfAByte = 64;
 
 // The compressed bytes of one view.
@@ -21,9 +21,8 @@ Expected<std::span<const uint8_t>> compressed_bytes(const Document& document, co
   const auto& [buffer, offset, length] = view.meshopt->range;
   const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(buffer)];
   if (offset > bytes.size() || length > bytes.size() - offset) return invalid_input("reaches past its buffer");
-  const size_t decoded = view.meshopt->decoded_bytes();
-  if (decoded > kMostBytesOfAByte * length) return invalid_input("has more elements than its bytes can hold");
-  if (view.range.bytes > decoded) return invalid_input("has fewer elements than its buffer view");
+  if (view.range.bytes > view.meshopt->decoded_bytes())
+    return invalid_input("has fewer elements than its buffer view");
   return bytes.subspan(static_cast<size_t>(offset), static_cast<size_t>(length));
 }
 
@@ -106,6 +105,8 @@ Status decode_meshopt_views(Document& document) {
     const Expected<std::span<const uint8_t>> bytes = compressed_bytes(document, views[i]);
     if (!bytes) return invalid_input(name + bytes.status().message());
     if (!is_readable_meshopt(compressed, *bytes)) continue;
+    if (compressed.decoded_bytes() > kMostBytesOfAByte * bytes->size())
+      return invalid_input(name + "has more elements than its bytes can hold");
     if (!is_legal_meshopt(compressed))
       return invalid_input(name + "has an illegal combination of mode, filter and byteStride");
     // Views may share their bytes, but not so often that a small file becomes huge.

@@ -95,6 +95,7 @@ class Packer {
         move(view);
       if (Json* meshopt = meshopt_extension(view)) move(*meshopt);
     }
+    join_placeholders();
     return std::move(packed_);
   }
 
@@ -187,6 +188,37 @@ class Packer {
     if (!members.empty())
       packed_.warnings.push_back("buffer " + std::to_string(index) +
                                  " becomes a part of another buffer and loses its " + members);
+  }
+
+  // Reading gives views that were decoded a placeholder of their own, so that those of a newer codec stay in
+  // the other. The file gets one, as it had, unless other views refer to them.
+  void join_placeholders() {
+    const auto differs = [](Json a, Json b) {
+      a.erase("byteLength");
+      b.erase("byteLength");
+      return a != b;
+    };
+    Json& placeholders = packed_.without_bytes;
+    if (placeholders.size() != 2 || !is_meshopt_fallback(placeholders[0]) ||
+        differs(placeholders[0], placeholders[1]))
+      return;
+    const uint64_t first = 1 + fallback_buffer_;
+    std::vector<Json*> views;
+    bool are_compressed = true;
+    for_each_element(packed_.json, "bufferViews", [&](Json& view) {
+      const auto buffer = integer_field(view, "buffer");
+      if (!buffer || *buffer < static_cast<int64_t>(first)) return;
+      are_compressed = are_compressed && meshopt_extension(view) != nullptr;
+      views.push_back(&view);
+    });
+    if (!are_compressed) return;
+    uint64_t bytes = 0;
+    for (Json* view : views) {
+      move_to(*view, first, bytes);
+      bytes += (static_cast<uint64_t>(integer_field(*view, "byteLength").value_or(0)) + 3) / 4 * 4;
+    }
+    placeholders[0]["byteLength"] = bytes;
+    placeholders.erase(1);
   }
 
   void move(Json& range) const {

@@ -8,6 +8,7 @@
 
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tests/gltf_ext/asset.h"
@@ -447,6 +448,33 @@ TEST(Meshopt, WhatIsLeftOfAViewIsCompressedAgain) {
   must(encode(document));
   EXPECT_EQ(filters_of(written_and_read(document, "asset.glb")),
             (std::map<std::string, size_t>{{"NONE" + std::to_string(points), 1}}));
+}
+
+// Of a newer codec nothing is known, so its views stay as they are: in one buffer without bytes, beside those
+// that were decoded. It may store more zeros in a byte than the codec that is known.
+TEST(Meshopt, ViewsOfANewerCodecStayAsTheyAre) {
+  const Mesh mesh = make_grid(20, 15);
+  std::vector<uint32_t> indices;
+  for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
+  Bytes newer(40, 0);
+  newer[0] = 0xa1;
+  CompressedAsset asset("KHR_meshopt_compression");
+  asset.add(newer, 12, mesh.point_count, "ATTRIBUTES", nullptr, kPositions);
+  asset.add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", nullptr, kIndices16);
+  asset.add(newer, 12, mesh.point_count, "ATTRIBUTES", nullptr, kPositions);
+  asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1},
+                                                          {"attributes":{"POSITION":2},"indices":1}]}])");
+  const Document before = must(asset.read());
+  Document document = before;
+  const auto reports =
+      must(encode_document(document, EncodeDocumentOptions(), reference_backend(), test_pool()));
+  EXPECT_TRUE(contains(reports[0].skipped, "newer meshoptimizer"));
+  PackedDocument packed = pack_buffers(document, false);
+  list_buffers(packed);
+  EXPECT_EQ(packed.json["buffers"].size(), 2u);
+  const Document again = written_and_read(document, "asset.glb");
+  for (const size_t view : {0u, 1u, 2u}) EXPECT_EQ(compressed_of(again, view), compressed_of(before, view));
+  EXPECT_TRUE(std::ranges::equal(*buffer_view_bytes(again, 1), *buffer_view_bytes(before, 1)));
 }
 
 // The targets move points in the order of the file, which takes few bytes in that order alone.
