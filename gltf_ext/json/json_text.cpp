@@ -1,6 +1,8 @@
 #include "gltf_ext/json/json_text.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <vector>
 
 #include "gltf_ext/json/text_encoding.h"
@@ -43,6 +45,45 @@ std::string place_in(std::string_view text, size_t at) {
   return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
 }
 
+bool is_part_of_number(char c) {
+  return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
+}
+
+// nlohmann's digits give the number back, but in one of some thousand numbers they are not the fewest. An asset
+// that stays as it is would grow by that.
+void append_number(std::string_view number, std::string& to) {
+  constexpr size_t kMostFewest = 16;  // up to so many characters, digits are the fewest
+  if (number.size() > kMostFewest && number.find('.') != number.npos) {
+    std::array<char, 32> digits;
+    const auto value = Json::parse(number.begin(), number.end()).get<double>();
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    const std::string_view fewest(digits.data(), static_cast<size_t>(end - digits.data()));
+    if (fewest.size() < number.size() && fewest.find('.') != fewest.npos) number = fewest;
+  }
+  to += number;
+}
+
+std::string text_of(const Json& json, int indent) {
+  const std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
+  std::string result;
+  result.reserve(text.size());
+  for (size_t i = 0; i < text.size();) {
+    size_t end = i;
+    if (text[i] == '"') {
+      for (++end; text[end] != '"'; ++end)
+        if (text[end] == '\\') ++end;
+      result.append(text, i, ++end - i);
+    } else if (is_part_of_number(text[i])) {
+      while (end < text.size() && is_part_of_number(text[end])) ++end;
+      append_number(std::string_view(text).substr(i, end - i), result);
+    } else {
+      result += text[end++];
+    }
+    i = end;
+  }
+  return result;
+}
+
 }  // namespace
 
 Expected<Json> parse_json(std::string_view text) {
@@ -58,8 +99,8 @@ Expected<Json> parse_json(std::string_view text) {
   }
 }
 
-std::string json_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-std::string json_lines(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace); }
+std::string json_line(const Json& json) { return text_of(json, -1); }
+std::string json_lines(const Json& json) { return text_of(json, 2); }
 
 bool is_utf8(const std::string& text) {
   try {

@@ -1,11 +1,28 @@
 #include "gltf_ext/json/json_text.h"
 
-#include <gtest/gtest.h>
+#include <cmath>
+
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
 
 std::string error_of(const std::string& text) { return parse_json(text).status().message(); }
+
+TEST(JsonText, NumbersHaveTheFewestDigits) {
+  const std::string text =
+      R"({"a":[0.707106709,1.0,-0.0,1e-07,1e+300,12345678901234567,5.0],"b\\\"0.7071067090000001":"0.7071067090000001"})";
+  EXPECT_EQ(json_line(must(parse_json(text))), text);
+  EXPECT_EQ(json_line(must(parse_json("0.7071067090000001"))), "0.707106709");
+  EXPECT_EQ(json_lines(must(parse_json("[0.7071067090000001]"))), "[\n  0.707106709\n]");
+  // Floats as glTF has them, in nine digits.
+  for (uint32_t i = 0; i < 100000; ++i) {
+    const double value = std::round(std::ldexp(static_cast<double>(i * 2654435761u), -32) * 1e9) / 1e9;
+    const std::string line = json_line(Json(value));
+    ASSERT_LE(line.size(), 12u) << line;
+    ASSERT_EQ(must(parse_json(line)).get<double>(), value);
+  }
+}
 
 TEST(JsonText, ErrorsSayWhere) {
   EXPECT_EQ(error_of("{\"a\": 1,\n \"b\": [,]}"), "not valid JSON: line 2, column 8");
