@@ -48,8 +48,10 @@ bool may_exceed(const Mesh& mesh, const Streams& streams, const EncodeOptions& o
   // A reference of a run takes a tenth of a byte, and one that is named alone about so many.
   constexpr double kReferenceBytes = 1.2;
   if (options.choose_by_bytes) return true;
-  // The bound is not exact: predictions at borders are worse, too, and one stream may have larger tables.
-  const double certain = 0.85 * options.most_split_percent / 100;
+  // The bound is not exact: predictions at borders are worse, too, and one stream may have larger tables. Of
+  // many patches these even out, and tables of their own fit them better.
+  constexpr size_t kMany = 8;
+  const double certain = (streams.bytes.size() < kMany ? 0.85 : 0.93) * options.most_split_percent / 100;
   const SplitBytes bytes(streams);
   const auto references =
       static_cast<double>(bytes.points - std::min<uint64_t>(bytes.points, mesh.point_count));
