@@ -1,5 +1,6 @@
 #include "gltf_ext/document/document.h"
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <optional>
@@ -96,7 +97,10 @@ Uris take_uris(Document& document, bool fallbacks) {
 }
 
 Expected<Buffer> load_uri(Document& document, const std::string& uri, uint64_t bytes, FileAccess access) {
-  if (is_data_uri(uri)) return buffer_of(decode_data_uri(uri));
+  if (is_data_uri(uri)) {
+    document.text_bytes -= std::min<uint64_t>(document.text_bytes, uri.size());
+    return buffer_of(decode_data_uri(uri));
+  }
   const auto relative = relative_path_of_uri(uri, document.source.parent_path());
   if (!relative) return relative.status();
   const std::filesystem::path path = document.source.parent_path() / *relative;
@@ -154,7 +158,10 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
   if (!json) return json.status();
   document.json() = std::move(*json);
-  if (!document.from_glb) file = {};
+  if (!document.from_glb) {
+    document.text_bytes = chunks.json.size();
+    file = {};
+  }
   if (Status status = check_members(document.json()); !status.ok()) return status;
   if (Status status = exchange_primitives(document.json()); !status.ok()) return status;
   const Uris uris = take_uris(document, false);

@@ -86,6 +86,7 @@ struct Document : AssetTree {
   // Files that were read: the asset itself (unless it is stdin), its buffers, its materials.
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
+  uint64_t text_bytes = 0;  // of the JSON of a .gltf that was read, without the data of its buffers
   bool from_draco = false;  // a .drc file
   std::optional<StoredCloud> cloud{};
   std::optional<SpooledPoints> spooled{};

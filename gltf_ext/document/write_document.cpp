@@ -43,7 +43,11 @@ Status write_gltf(const Document& document, PackedDocument& packed, const fs::pa
     if (Status status = write_file(binary, FileParts(buffer->parts()), if_read_only); !status.ok())
       return status;
   }
-  const std::string text = json_lines(packed.json) + "\n";
+  // For people in lines, unless that makes the text larger than it was.
+  std::string text = json_lines(packed.json);
+  const uint64_t most = document.text_bytes > 0 ? document.text_bytes : UINT64_MAX;
+  if (text.size() > most) text = json_line(packed.json);
+  if (text.size() < most) text += "\n";
   report.files.push_back(path);
   const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(text.data()), text.size());
   if (Status status = write_file(path, {bytes}, if_read_only); !status.ok()) return status;

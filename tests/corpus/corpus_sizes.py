@@ -37,17 +37,12 @@ def asset_of(file):
 
 
 def bytes_of(file, asset):
-    """The file and its buffers, without images and the paths to them, which depend on the folder of the output. Of a .gltf the
-    JSON without spaces, and without the names of its buffers: psplit lays the text out anew, and names buffers after their
-    content, also if nothing is encoded."""
-    images = [image["uri"] for image in asset.get("images", []) if "uri" in image]
-    if file.suffix == ".glb":
-        return file.stat().st_size - sum(map(len, images))
-    total, without_names = -sum(map(len, images)), json.loads(json.dumps(asset))
-    for buffer in without_names.get("buffers", []):
-        total += buffer["byteLength"]
-        buffer.pop("uri", None)
-    return total + len(json.dumps(without_names, separators=(",", ":")))
+    """The file and its buffers, without images and the paths to them, which depend on the folder of the output, and without
+    the names of buffers: psplit names them after their content, also if nothing is encoded."""
+    is_beside = lambda item: not item.get("uri", "").startswith("data:")
+    buffers = list(filter(is_beside, asset.get("buffers", []))) if file.suffix == ".gltf" else []
+    names = [item["uri"] for item in buffers + list(filter(is_beside, asset.get("images", []))) if "uri" in item]
+    return file.stat().st_size + sum(buffer["byteLength"] for buffer in buffers) - sum(map(len, names))
 
 
 def check(psplit, root, file):

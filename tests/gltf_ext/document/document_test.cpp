@@ -8,6 +8,7 @@
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "tests/support/environment.h"
 #include "tests/support/expect.h"
@@ -289,6 +290,16 @@ TEST_F(DocumentTest, MergesBuffersOnWriting) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 4);
   EXPECT_EQ(write_document(document, folder_ / "out.obj").code(), StatusCode::kUsage);
   EXPECT_EQ(write_document(document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
+}
+
+// JSON in one line stays that, because lines would take more bytes.
+TEST_F(DocumentTest, AGltfIsNotLaidOutLarger) {
+  const std::string line =
+      asset(R"("nodes":[{"name":"a","children":[1]},{"name":"b"}],"scenes":[{"nodes":[0]}])");
+  for (const std::string& text : {line, json_lines(must(parse_json(line)))}) {
+    ASSERT_TRUE(write_document(must(read(text)), folder_ / "out.gltf").ok());
+    EXPECT_EQ(fs::file_size(folder_ / "out.gltf"), text.size());
+  }
 }
 
 // The files of a folder with this extension.
