@@ -15,7 +15,7 @@ namespace psplit {
 // The grid that keeps all values exactly, if these are whole numbers: its step is the largest power of two of
 // which every value is a multiple, mostly 1. Nothing if a value is not a whole number, or if the extent takes
 // more than 24 bits.
-std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds);
+PSPLIT_EXPORT std::optional<AttributeCoding> fit_whole_numbers(const CodingBounds& bounds);
 
 // A grid with a step of at most `step` that has the extremes of the last component exactly, which are 1 or -1
 // each: TANGENT.w. `bounds` must be finite. Nothing if there is no such grid of 30 bits.

@@ -371,7 +371,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   }
   std::vector<SharingJobs> by_gain;
   for (SharingJobs& sharing : sharing_jobs(document, jobs)) {
-    const bool is_wanted = options.patches.is_given() || with_fallback ||
+    const bool is_wanted = options.patches.is_given() || with_fallback || document.is_retyped ||
                            std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
                              return job->drops_attributes || is_stored(job);
                            });

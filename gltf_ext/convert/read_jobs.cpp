@@ -23,7 +23,6 @@
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/view_in_place.h"
-#include "src/cpu/draco_stream.h"
 
 namespace psplit {
 namespace {
@@ -242,31 +241,6 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   if (!morphs) return morphs.status();
   job.morphs = std::move(*morphs);
   return {};
-}
-
-// glTF has no vertex attributes of 32-bit integers, so those of .drc files are read as floats. Warns of numbers
-// that may not be floats.
-void note_large_integers(const Document& document, EncodeJob& job) {
-  if (!document.from_draco || document.cloud) return;
-  const Expected<StoredPrimitive> stored = stored_primitive(document, job.group.ids.front());
-  const Expected<StreamDescription> described =
-      stored ? describe_stream(stored->bytes) : Expected<StreamDescription>(stored.status());
-  if (!described) return;
-  for (const AttributeRequest& request : stored->requests) {
-    const auto found = std::ranges::find(described->attributes, request.unique_id, &StreamAttribute::unique_id);
-    const Attribute* attribute = job.mesh.find(request.semantic);
-    if (found == described->attributes.end() || attribute == nullptr) continue;
-    if (found->type == core::DataType::kFloat32 || attribute->component_type != ComponentType::kFloat32)
-      continue;
-    constexpr float kLastExact = 0x1p24f;
-    const auto is_large = [&](float value) { return std::fabs(value) >= kLastExact; };
-    std::vector<float> values(attribute->values.size() / sizeof(float));
-    std::memcpy(values.data(), attribute->values.data(), values.size() * sizeof(float));
-    const auto count = std::ranges::count_if(values, is_large);
-    if (count > 0)
-      job.warnings.push_back(request.semantic + ": " + std::to_string(count) +
-                             " numbers of 2^24 and beyond are rounded to floats, which glTF has for them");
-  }
 }
 
 // Keeps the weights as they were, and rounds those of the mesh.
@@ -522,7 +496,6 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       continue;
     }
     job.options = options_of_streams(options);
-    note_large_integers(document, job);
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
   }

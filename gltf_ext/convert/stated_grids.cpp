@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "encoder/coding/quantization.h"
+#include "encoder/coding/step_grid.h"
 #include "gltf_ext/primitive/describe_primitive.h"
 #include "src/cpu/draco_stream.h"
 
@@ -13,6 +15,20 @@ AttributeCoding coding_of(const StreamDescription& stream, uint32_t unique_id) {
   const auto found = std::ranges::find(stream.attributes, unique_id, &StreamAttribute::unique_id);
   if (found == stream.attributes.end()) return {};
   return {found->bits, found->is_octahedral(), found->origin, found->range};
+}
+
+bool is_wide_integer(core::DataType type) {
+  return type == core::DataType::kInt32 || type == core::DataType::kUint32 || type == core::DataType::kInt64 ||
+         type == core::DataType::kUint64;
+}
+
+// The grid that integers are on which became floats. Nothing if there is no such grid.
+AttributeCoding grid_of_integers(const StreamDescription& stream, uint32_t unique_id,
+                                 const Attribute& attribute) {
+  const auto found = std::ranges::find(stream.attributes, unique_id, &StreamAttribute::unique_id);
+  if (found == stream.attributes.end() || !is_wide_integer(found->type) || found->normalized) return {};
+  constexpr int kAllBits = 24;
+  return fit_whole_numbers(bounds_of(attribute, kAllBits)).value_or(AttributeCoding());
 }
 
 bool are_equal(const AttributeCoding& a, const AttributeCoding& b) {
@@ -34,6 +50,7 @@ std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId 
     const bool is_one = std::ranges::all_of(described->streams, [&](const StreamDescription& stream) {
       return are_equal(grid, coding_of(stream, request.unique_id));
     });
+    if (grid.bits == 0) grid = grid_of_integers(described->streams.front(), request.unique_id, *found);
     if (is_one) grids[static_cast<size_t>(found - attributes.begin())] = std::move(grid);
   }
   return grids;

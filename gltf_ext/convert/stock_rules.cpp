@@ -49,7 +49,8 @@ class StockChecker {
       if (stream)  // bitstreams before 2.2 cannot be described
         for (const StreamAttribute& other : stream->attributes)
           if (other.unique_id == request.unique_id) attribute = &other;
-      if (attribute != nullptr && attribute->type != stored_type(request.component_type))
+      if (attribute != nullptr && !document_.from_draco &&
+          attribute->type != stored_type(request.component_type))
         report("attribute-type", request.semantic + " is stored in another type than its accessor's");
       if (const ValuesView* const values = mesh_.find(request.semantic))
         check_bounds(primitive_.accessor_of(request.semantic), request.semantic, *values,
@@ -95,7 +96,7 @@ class StockChecker {
     return kStretch * kDiameter / places * unit;
   }
 
-  // A .drc file states no bounds.
+  // A .drc file states no types and bounds of glTF.
   void check_bounds(int64_t index, const std::string& semantic, const ValuesView& values, double step) {
     if (document_.from_draco || values.count == 0) return;
     const Json& accessor = document_.json()["accessors"][static_cast<size_t>(index)];

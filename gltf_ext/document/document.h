@@ -88,6 +88,7 @@ struct Document : AssetTree {
   bool from_glb = false;
   uint64_t text_bytes = 0;  // of the JSON of a .gltf that was read, without the data of its buffers
   bool from_draco = false;  // a .drc file
+  bool is_retyped = false;  // a .drc file with values of types that no accessor has: they become others
   std::optional<StoredCloud> cloud{};
   std::optional<SpooledPoints> spooled{};
 };

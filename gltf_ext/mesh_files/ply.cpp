@@ -9,7 +9,9 @@
 
 #include "gltf_ext/mesh_files/face_texcoords.h"
 #include "gltf_ext/mesh_files/mtl.h"
+#include "gltf_ext/mesh_files/own_semantics.h"
 #include "gltf_ext/mesh_files/plain_rows.h"
+#include "gltf_ext/mesh_files/rounded_numbers.h"
 
 namespace psplit {
 namespace {
@@ -58,7 +60,7 @@ class VertexLayout {
       if (property.is_list) losses.say("the lists " + in_quotes(property.name) + " of vertices are left out");
       if (property.is_list || targets_[i].attribute != kNoAttribute) continue;
       targets_[i] = {attributes_.size(), 0};
-      attributes_.push_back({name_of(property.name), stored_type_of(property.type), 1, false, {}});
+      attributes_.push_back({own_.add(property.name), stored_type_of(property.type), 1, false, {}});
       kept += (kept.empty() ? "" : ", ") + attributes_.back().semantic;
     }
     if (!kept.empty()) losses.say("other numbers of vertices are kept: " + kept);
@@ -108,23 +110,12 @@ class VertexLayout {
     }
   }
 
-  // "_QUALITY". If two properties differ only in case, the second gets a number.
-  std::string name_of(const std::string& property) const {
-    std::string name = "_";
-    for (const char c : as_utf8(property)) name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-    const auto is_taken = [&](const std::string& other) {
-      return std::ranges::find(attributes_, other, &Attribute::semantic) != attributes_.end();
-    };
-    std::string unique = name;
-    for (int number = 2; is_taken(unique); ++number) unique = name + "_" + std::to_string(number);
-    return unique;
-  }
-
   const PlyElement& element_;
   std::vector<Attribute> attributes_;
   std::vector<PrecisePosition> positions_;
   bool is_precise_ = false;
   std::vector<Target> targets_;
+  OwnSemantics own_;
   size_t texcoord_ = kNoAttribute;
 };
 
@@ -425,9 +416,7 @@ class PlyReader {
       default: break;
     }
     const bool is_whole = type != PlyType::kFloat32 && type != PlyType::kFloat64;
-    if (is_whole && static_cast<double>(static_cast<float>(value)) != value)
-      losses_.add("whole number of " + attribute.semantic + " is rounded: no float is equal to it",
-                  "whole numbers of " + attribute.semantic + " are rounded: no floats are equal to them");
+    if (is_whole && !has_float(value)) say_rounded("whole number", attribute.semantic, 1, losses_);
     // A double beyond the range of floats becomes infinite.
     const bool fits = !(std::fabs(value) > double{std::numeric_limits<float>::max()});
     put(fits ? static_cast<float>(value)

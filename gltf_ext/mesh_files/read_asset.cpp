@@ -38,10 +38,11 @@ Expected<std::vector<uint8_t>> read_all(Scanner& scanner) {
 }
 
 Expected<Document> read_whole_file(Scanner& scanner, AssetFormat format, const fs::path& source,
-                                   const DescribeStream& describe, const DecodePoints& decode_points) {
+                                   const DescribeStream& describe, const DecodePoints& decode_points,
+                                   Losses& losses) {
   Expected<std::vector<uint8_t>> bytes = read_all(scanner);
   if (!bytes) return bytes.status();
-  return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe, decode_points)
+  return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe, decode_points, &losses)
                                        : parse_document(std::move(*bytes), source);
 }
 
@@ -81,9 +82,9 @@ uint64_t count_odd_normals(const Document& document) {
   return count;
 }
 
-Expected<Asset> asset_of(Expected<Document> document) {
+Expected<Asset> asset_of(Expected<Document> document, const Losses& losses = {}) {
   if (!document) return document.status();
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = losses.sentences();
   if (const uint64_t count = count_odd_normals(*document); count > 0)
     warnings.push_back(std::to_string(count) + (count == 1 ? " normal is" : " normals are") +
                        " not of unit length, and kept so");
@@ -131,8 +132,11 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
     return asset_of(read_document(source, access));
   if (format == AssetFormat::kGltf && mapped != nullptr && !is_gzip(mapped->bytes()))
     return asset_of(parse_document(*mapped, source));
-  if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
-    return asset_of(read_whole_file(scanner, *format, source, describe, decode_points));
+  if (format == AssetFormat::kGltf || format == AssetFormat::kDraco) {
+    Losses losses;
+    Expected<Document> document = read_whole_file(scanner, *format, source, describe, decode_points, losses);
+    return asset_of(std::move(document), losses);
+  }
   if (format) return read_mesh_file(scanner, *format, source, pool, origin);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "a format that is not known; these are read: " + asset_extensions_text();

@@ -20,22 +20,35 @@ ComponentType component_type(core::DataType type) {
 
 bool is_gltf_component_count(uint8_t count) { return (count >= 1 && count <= 4) || count == 9 || count == 16; }
 
+// Whether glTF allows the attribute's data for its semantic: floats, or integers of 8 or 16 bits with
+// KHR_mesh_quantization. Integers of normals are parts of one.
+bool suits_semantic(const StreamAttribute& attribute, ComponentType type) {
+  const bool is_float = type == ComponentType::kFloat32;
+  const bool is_signed = type == ComponentType::kInt8 || type == ComponentType::kInt16;
+  switch (attribute.semantic) {
+    case DracoSemantic::kPosition: return attribute.components == 3;
+    case DracoSemantic::kNormal:
+      return attribute.components == 3 && (is_float || (is_signed && attribute.normalized));
+    case DracoSemantic::kTexCoord: return attribute.components == 2;
+    case DracoSemantic::kColor: return attribute.components >= 3 && attribute.components <= 4 && !is_signed;
+    case DracoSemantic::kGeneric: break;
+  }
+  return false;
+}
+
 // A semantic that glTF allows for the attribute's data. Attributes that share a name are numbered. `used`
 // counts the attributes of each name: hostile streams have thousands.
 std::string gltf_semantic(const StreamAttribute& attribute, ComponentType type,
                           std::map<std::string, uint32_t>& used) {
-  const int components = attribute.components;
-  const bool is_float = type == ComponentType::kFloat32;
+  const bool suits = suits_semantic(attribute, type);
   const auto is_first = [&](DracoSemantic semantic, const char* name) {
-    return attribute.semantic == semantic && is_float && components == 3 && used[name]++ == 0;
+    return attribute.semantic == semantic && suits && used[name]++ == 0;
   };
   if (is_first(DracoSemantic::kPosition, "POSITION")) return "POSITION";
   if (is_first(DracoSemantic::kNormal, "NORMAL")) return "NORMAL";
   std::string prefix = "_GENERIC_";
-  if (attribute.semantic == DracoSemantic::kTexCoord && is_float && components == 2) prefix = "TEXCOORD_";
-  if (attribute.semantic == DracoSemantic::kColor && components >= 3 && components <= 4 &&
-      type != ComponentType::kInt8 && type != ComponentType::kInt16)
-    prefix = "COLOR_";
+  if (attribute.semantic == DracoSemantic::kTexCoord && suits) prefix = "TEXCOORD_";
+  if (attribute.semantic == DracoSemantic::kColor && suits) prefix = "COLOR_";
   return prefix + std::to_string(used[prefix]++);
 }
 

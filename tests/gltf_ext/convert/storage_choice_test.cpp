@@ -86,6 +86,40 @@ TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
   EXPECT_EQ(accessor_of(document, "POSITION")["max"], accessor["max"]);
 }
 
+// Accessors of attributes cannot have integers of 32 bits: they become floats, which keep them.
+TEST(StorageChoice, ADracoFileOfWideIntegersIsEncodedAnew) {
+  for (const char* semantic : {"POSITION", "_ID"}) {
+    SCOPED_TRACE(semantic);
+    Mesh mesh = make_grid(30, 20);
+    mesh.attributes.resize(1);
+    std::vector<uint32_t> numbers;
+    for (uint32_t i = 0; i < 3 * mesh.point_count; ++i)
+      numbers.push_back(5'000'000 + i % 3 * 1'000'000 + i * i % 50'021);
+    Attribute attribute{semantic, ComponentType::kUint32, 3, false, {}};
+    attribute.values.resize(numbers.size() * sizeof(uint32_t));
+    std::memcpy(attribute.values.data(), numbers.data(), attribute.values.size());
+    if (attribute.semantic == "POSITION")
+      mesh.attributes[0] = attribute;
+    else
+      mesh.attributes.push_back(attribute);
+    const std::vector<AttributeCoding> codings(mesh.attributes.size());
+    const StockStream stream = must(encode_stock_stream(mesh, codings, 0));
+    Document document = must(document_from_draco(stream.bytes, describe_stream));
+    EXPECT_EQ(findings_of(document, draco_backend()), "");
+    const auto reports = must(encode_by_default(document, {.keep_duplicates = true}));
+    EXPECT_EQ(reports[0].skipped, "");
+    EXPECT_EQ(findings_of(document, draco_backend()), "");
+    ASSERT_TRUE(decode(document).ok());
+    const Expected<Mesh> decoded = read(document);
+    const Attribute* const floats = decoded->find(attribute.semantic == "POSITION" ? "POSITION" : "_GENERIC_0");
+    ASSERT_NE(floats, nullptr);
+    std::vector<float> found = values_of<float>(*floats), expected(numbers.begin(), numbers.end());
+    std::ranges::sort(found);
+    std::ranges::sort(expected);
+    EXPECT_EQ(found, expected);
+  }
+}
+
 TEST(StorageChoice, WholePrimitivesAreStockDracoOfNoMoreBytes) {
   const Mesh mesh = rich_mesh(30, 20);
   Document document = document_from_mesh(mesh), stock = document;

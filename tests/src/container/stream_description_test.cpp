@@ -29,8 +29,11 @@ std::string named(const StreamAttribute& second) {
 
 TEST(GltfAttributes, TakeTheNamesThatGltfAllowsForTheirData) {
   EXPECT_EQ(named(attribute(7, DracoSemantic::kNormal, DataType::kFloat32, 3)), "NORMAL 5126x3");
-  EXPECT_EQ(named(attribute(7, DracoSemantic::kNormal, DataType::kInt8, 3, true)),
-            "_GENERIC_0 5120x3 normalized");
+  EXPECT_EQ(named(attribute(7, DracoSemantic::kNormal, DataType::kInt8, 3, true)), "NORMAL 5120x3 normalized");
+  EXPECT_EQ(named(attribute(7, DracoSemantic::kNormal, DataType::kInt16, 3)), "_GENERIC_0 5122x3");
+  EXPECT_EQ(named(attribute(7, DracoSemantic::kNormal, DataType::kUint8, 3, true)),
+            "_GENERIC_0 5121x3 normalized");
+  EXPECT_EQ(named(attribute(7, DracoSemantic::kTexCoord, DataType::kInt16, 2)), "TEXCOORD_0 5122x2");
   EXPECT_EQ(named(attribute(7, DracoSemantic::kTexCoord, DataType::kFloat32, 2)), "TEXCOORD_0 5126x2");
   EXPECT_EQ(named(attribute(7, DracoSemantic::kTexCoord, DataType::kFloat32, 3)), "_GENERIC_0 5126x3");
   EXPECT_EQ(named(attribute(7, DracoSemantic::kColor, DataType::kUint8, 4)), "COLOR_0 5121x4 normalized");
@@ -82,8 +85,8 @@ TEST(GltfAttributes, RefuseWhatNoGltfAssetHolds) {
     EXPECT_EQ(gltf_attributes(both).status().code(), StatusCode::kUnsupported) << int{components};
   }
   EXPECT_EQ(gltf_attributes({}).status().message(), "has no positions");
-  const StreamAttribute integers[] = {attribute(0, DracoSemantic::kPosition, DataType::kInt16, 3)};
-  EXPECT_EQ(gltf_attributes(integers).status().code(), StatusCode::kInvalidInput);
+  const StreamAttribute pairs[] = {attribute(0, DracoSemantic::kPosition, DataType::kInt16, 2)};
+  EXPECT_EQ(gltf_attributes(pairs).status().code(), StatusCode::kInvalidInput);
   EXPECT_EQ(named(attribute(0, DracoSemantic::kNormal, DataType::kFloat32, 3)),
             "two attributes have the unique id 0");
 }

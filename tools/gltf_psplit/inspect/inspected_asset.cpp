@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "gltf_ext/primitive/primitive_edit.h"
 #include "src/condensed/expand_container.h"
 #include "src/container/patch_boxes.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -69,9 +70,14 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
 }
 
 // A .drc file of points, which is decoded already.
-Status inspect_cloud(const StoredCloud& cloud, InspectedPrimitive& out) {
-  const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(cloud.stream.attributes);
+Status inspect_cloud(const Document& document, InspectedPrimitive& out) {
+  const StoredCloud& cloud = *document.cloud;
+  Expected<std::vector<AttributeRequest>> requests = gltf_attributes(cloud.stream.attributes);
   if (!requests) return requests.status();
+  // Its accessors have the order of the stream, and may have names that its metadata state.
+  const Json& attributes = primitive_json(document, {0, 0})["attributes"];
+  for (auto attribute = attributes.begin(); attribute != attributes.end(); ++attribute)
+    requests->at(attribute->get<size_t>()).semantic = attribute.key();
   out.storage = PrimitiveStorage::kStockDraco;
   out.summary = summarize_stream(cloud.stream, cloud.stream_bytes);
   out.attributes = *requests;
@@ -81,7 +87,7 @@ Status inspect_cloud(const StoredCloud& cloud, InspectedPrimitive& out) {
 // Of a plain primitive only the storage and the counts are set.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
-  if (document.cloud) return inspect_cloud(*document.cloud, out);
+  if (document.cloud) return inspect_cloud(document, out);
   const PrimitiveRecord& primitive = document.records().primitive(out.id);
   if (!primitive.status.ok()) return primitive.status;
   out.storage = primitive.storage();
