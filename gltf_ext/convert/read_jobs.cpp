@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/scene_offsets.h"
+#include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/convert/validate.h"
@@ -26,79 +26,6 @@
 
 namespace psplit {
 namespace {
-
-std::vector<bool> used_points(const Mesh& mesh) {
-  std::vector<bool> used(mesh.point_count, false);
-  for (const auto& face : mesh.faces)
-    for (const uint32_t point : face) used[point] = true;
-  return used;
-}
-
-// Drops the points that are not kept; no face uses them.
-void keep_points(EncodeJob& job, const std::vector<bool>& keep) {
-  std::vector<uint32_t> kept, number(keep.size(), 0);
-  for (uint32_t point = 0; point < keep.size(); ++point) {
-    if (!keep[point]) continue;
-    number[point] = static_cast<uint32_t>(kept.size());
-    kept.push_back(point);
-  }
-  for (std::vector<Attribute>* attributes : {&job.mesh.attributes, &job.unrounded})
-    for (Attribute& attribute : *attributes) {
-      const size_t stride = attribute.stride();
-      Array<std::byte> values(stride * kept.size());
-      for (size_t i = 0; i < kept.size(); ++i)
-        std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-      attribute.values = std::move(values);
-    }
-  for (auto& face : job.mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  job.mesh.point_count = static_cast<uint32_t>(kept.size());
-  job.morphs = reorder(job.morphs, kept);
-}
-
-// Exporters write a surface of several materials as primitives with common attributes, each with indices of its
-// own. Each primitive is stored with the points that its faces use. The first of them also gets the points that
-// no face uses. Quantization grids are fitted after that, so that no primitive's grid holds points of another
-// mesh.
-class SharedPoints {
- public:
-  // Call once for each job, when it has become the last of `jobs`: drops its points that others have.
-  void divide(const Document& document, std::vector<EncodeJob>& jobs);
-  // Call when all jobs are read: drops the first primitives' points that only others use.
-  void finish(std::vector<EncodeJob>& jobs) const;
-
- private:
-  struct Set {
-    size_t first = 0;  // index into the jobs
-    std::vector<bool> used_by_others;
-  };
-  std::map<std::pair<AttributeRecords, std::vector<AttributeRecords>>, Set> sets_;  // with morph targets
-};
-
-void SharedPoints::divide(const Document& document, std::vector<EncodeJob>& jobs) {
-  EncodeJob& job = jobs.back();
-  const PrimitiveId id = job.group.ids.front();
-  const PrimitiveRecord& primitive = document.records().primitive(id);
-  if (primitive.storage() != PrimitiveStorage::kPlain) return;
-  const auto [found, is_first] =
-      sets_.try_emplace({primitive.attributes, primitive.targets}, Set{jobs.size() - 1, {}});
-  if (is_first) return;
-  std::vector<bool>& used_by_others = found->second.used_by_others;
-  const std::vector<bool> used = used_points(job.mesh);
-  used_by_others.resize(used.size(), false);
-  for (size_t i = 0; i < used.size(); ++i)
-    if (used[i]) used_by_others[i] = true;
-  keep_points(job, used);
-}
-
-void SharedPoints::finish(std::vector<EncodeJob>& jobs) const {
-  for (const auto& [key, set] : sets_) {
-    if (set.used_by_others.empty()) continue;
-    std::vector<bool> keep = used_points(jobs[set.first].mesh);
-    for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
-    keep_points(jobs[set.first], keep);
-  }
-}
 
 // For each mesh the lowest mesh that it shares a geometry with, directly or through other meshes. A shared
 // geometry is stored once, so all these meshes are quantized as one.
