@@ -1,8 +1,6 @@
 #include "encoder/coding/precision_guard.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -75,12 +73,6 @@ struct NoGrid {
   }
 };
 
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
-  return {text.data(), end.ptr};
-}
-
 std::string share_text(const LostShare& share, const char* noun) {
   return std::to_string(share.lost) + " of " + std::to_string(share.all) + " " + noun;
 }
@@ -95,7 +87,7 @@ void describe(const GridLoss& loss, PrecisionFinding& finding) {
     return say(share_text(loss.points, "positions"), "coincide with another");
   if (exceeds(loss.moved, kMostMoved))
     return say(share_text(loss.moved, "texture coordinates"),
-               "be off by up to " + number_text(loss.farthest) + " of a texture");
+               "be off by up to " + rounded_text(loss.farthest) + " of a texture");
   say("the ends of " + share_text(loss.edges, "edges"), "have equal texture coordinates");
 }
 
@@ -191,7 +183,7 @@ class Guard {
         finest = extent;
         const double bits = std::max(0.0, std::floor(std::log2(extent / grid_step(grid) + 1)));
         finding.subject = who + std::to_string(c);
-        finding.predicate = "keep " + number_text(bits) + " of " + std::to_string(wanted_[i]) + " bits";
+        finding.predicate = "keep " + rounded_text(bits) + " of " + std::to_string(wanted_[i]) + " bits";
       }
     if (finest == 0) return;
     const double wanted_step = finest / (std::ldexp(1.0, wanted_[i]) - 1);
