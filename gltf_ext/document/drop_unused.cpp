@@ -99,12 +99,6 @@ void pack_buffer(Document& document, size_t buffer, std::span<const RangeInMemor
 
 }  // namespace
 
-void collect_integers(const Json& tree, std::set<int64_t>& found) {
-  if (const auto value = integer_value(tree)) found.insert(*value);
-  if (tree.is_structured())
-    for (const Json& member : tree) collect_integers(member, found);
-}
-
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
   Json& json = document.json();
   const UnknownReferences unknown = find_unknown_references(json);

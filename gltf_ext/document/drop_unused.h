@@ -1,15 +1,11 @@
 // Sweeping: accessors, buffer views and bytes that nothing refers to any more are dropped.
 #pragma once
 
-#include <set>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
 
 namespace psplit {
-
-// Adds every integer of the tree: each may be the index of an accessor or of a buffer view.
-void collect_integers(const Json& tree, std::set<int64_t>& found);
 
 // Drops the accessors `freed_accessors` that nothing refers to, and all buffer views that nothing refers to,
 // with their bytes. Renumbers the references to the rest, including those of known extensions. If an unknown

@@ -42,6 +42,13 @@ bool remove_name(Json& json, const char* list, const std::string& name) {
   return is_removed;
 }
 
+// Adds every integer of the tree: each may be the index of an accessor or of a buffer view.
+void collect_integers(const Json& tree, std::set<int64_t>& found) {
+  if (const auto value = integer_value(tree)) found.insert(*value);
+  if (tree.is_structured())
+    for (const Json& member : tree) collect_integers(member, found);
+}
+
 // Returns the number of objects that had the extension. Its integers may be the indices of its accessors.
 size_t remove_extension(Json& tree, const std::string& name, std::set<int64_t>& integers) {
   if (!tree.is_structured()) return 0;
