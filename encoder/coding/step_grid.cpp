@@ -89,7 +89,7 @@ std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double
   return has(bounds.low.back()) && has(bounds.high.back()) ? grid : std::nullopt;
 }
 
-bool fit_to_offsets(std::span<AttributeCoding* const> grids, std::span<const std::array<double, 3>> offsets) {
+bool fit_to_offsets(Span<AttributeCoding* const> grids, Span<const std::array<double, 3>> offsets) {
   if (grids.empty()) return true;
   const AttributeCoding& first = *grids.front();
   const bool is_one = std::ranges::all_of(grids, [&](const AttributeCoding* grid) {

@@ -4,11 +4,11 @@
 
 #include <array>
 #include <optional>
-#include <span>
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/quantization.h"
 #include "src/export.h"
+#include "src/span.h"
 
 namespace psplit {
 
@@ -25,7 +25,7 @@ std::optional<AttributeCoding> fit_with_units(const CodingBounds& bounds, double
 // all meshes, by one with a power of two as its step, which is no larger, and with places at its multiples.
 // False, without a change, if the meshes have several grids, if that takes more than 23 bits, or if an offset
 // is not a multiple of the step.
-PSPLIT_EXPORT bool fit_to_offsets(std::span<AttributeCoding* const> grids,
-                                  std::span<const std::array<double, 3>> offsets);
+PSPLIT_EXPORT bool fit_to_offsets(Span<AttributeCoding* const> grids,
+                                  Span<const std::array<double, 3>> offsets);
 
 }  // namespace psplit

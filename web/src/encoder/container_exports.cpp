@@ -6,7 +6,6 @@
 #include <limits>
 #include <memory>
 #include <set>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -206,7 +205,7 @@ bool fit_offsets(Encoding* encoding, const std::array<double, 3>* offsets, uint3
     for (size_t k = 0; k < source->codings.size(); ++k)
       if (source->mesh.attributes[k].semantic == "POSITION" && source->codings[k].bits > 0)
         grids.push_back(&source->codings[k]);
-  return fit_to_offsets(grids, std::span(offsets, count));
+  return fit_to_offsets(grids, {offsets, count});
 }
 // Encodes a mesh, once; what encode() returned before is gone then. Returns words that encode_job.js names, and
 // for each attribute its unique id, bits, and the address of its decoded values. Null after an error.
