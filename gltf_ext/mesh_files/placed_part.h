@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "gltf_ext/mesh_files/origin.h"
 #include "gltf_ext/mesh_files/triangulate.h"
 #include "gltf_ext/primitive/mesh_view.h"
 

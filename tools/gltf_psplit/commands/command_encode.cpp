@@ -7,6 +7,7 @@
 
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/read_asset.h"
