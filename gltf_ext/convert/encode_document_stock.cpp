@@ -10,10 +10,11 @@ namespace psplit {
 
 Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                                                              const EncodeDocumentOptions& options,
-                                                             const ThreadPool& pool) {
+                                                             const ThreadPool& pool,
+                                                             const StatedGrids& stated) {
   EncodeDocumentOptions unmerged = options;  // Draco keeps equal points apart
   unmerged.keep_duplicates = true;
-  Expected<EncodeJobs> read = read_jobs(document, unmerged, cpu_backend(), pool);
+  Expected<EncodeJobs> read = read_jobs(document, unmerged, cpu_backend(), pool, {}, {}, {}, stated);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;

@@ -75,10 +75,15 @@ void note_losses(const CodingOptions& coding, const std::set<std::string>& exact
 
 // Bits that are to be chosen by edges or errors are not those of the input.
 void note_stated_grids(const Document& document, const EncodeDocumentOptions& options,
-                       std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
+                       const StatedGrids& stated, std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
   if (options.lossless) return;
   for (EncodeJob& job : jobs) {
-    job.stated = stated_grids(document, job.group.ids.front(), job.mesh.attributes, pool);
+    const PrimitiveId id = job.group.ids.front();
+    job.stated = stated_grids(document, id, job.mesh.attributes, pool);
+    if (const auto found = stated.find(id); found != stated.end())
+      for (size_t i = 0; i < job.stated.size(); ++i)
+        if (const auto grid = found->second.find(job.mesh.attributes[i].semantic); grid != found->second.end())
+          job.stated[i] = grid->second;
     for (size_t i = 0; i < job.stated.size() && options.chooses_position_bits(); ++i)
       if (job.mesh.attributes[i].semantic == "POSITION") job.stated[i] = {};
   }
@@ -356,7 +361,7 @@ std::set<std::string> metadata_attributes(const Json& json) {
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool,
                                const OutOfCoreOptions& limits, const Progress& progress,
-                               const std::function<void()>& forget) {
+                               const std::function<void()>& forget, const StatedGrids& stated) {
   EncodeJobs result;
   const std::set<std::string> exact = metadata_attributes(document.json());
   SharedPoints shared_points;
@@ -428,7 +433,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
   }
   shared_points.finish(result.jobs);
   result.groups = {options.volume, joined_meshes(result.jobs)};
-  note_stated_grids(document, options, result.jobs, pool);
+  note_stated_grids(document, options, stated, result.jobs, pool);
   Status chosen = choose_job_codings(document, options, exact, result, pool);
   if (!chosen.ok()) return chosen;
   for (EncodeJob& job : result.jobs) round_job_weights(job);

@@ -9,6 +9,7 @@
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/primitive_report.h"
+#include "gltf_ext/convert/stated_grids.h"
 
 namespace psplit {
 
@@ -30,10 +31,10 @@ struct EncodeJobs {
 // Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded. With
 // limits.memory, the largest primitives are encoded part by part before, so that all others fit together.
 // `progress` counts the faces of these. `forget` is called when the values of one of them are not read any
-// more.
+// more. `stated` are grids of primitives that were decoded before.
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool,
                                const OutOfCoreOptions& limits = {}, const Progress& progress = {},
-                               const std::function<void()>& forget = {});
+                               const std::function<void()>& forget = {}, const StatedGrids& stated = {});
 
 }  // namespace psplit

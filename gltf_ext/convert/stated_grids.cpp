@@ -35,23 +35,48 @@ bool are_equal(const AttributeCoding& a, const AttributeCoding& b) {
   return a.bits == b.bits && a.octahedral == b.octahedral && a.origin == b.origin && a.range == b.range;
 }
 
+// Nothing if the primitive is plain, or cannot be described.
+std::optional<DescribedPrimitive> description_of(const Document& document, PrimitiveId id,
+                                                 const ThreadPool& pool) {
+  if (document.records().primitive(id).storage() == PrimitiveStorage::kPlain) return std::nullopt;
+  Expected<DescribedPrimitive> described = describe_primitive(document, id, describe_stream, pool);
+  if (!described || described->streams.empty()) return std::nullopt;
+  return std::move(*described);
+}
+
+// 0 bits if the streams do not agree.
+AttributeCoding coding_of_all(const DescribedPrimitive& described, uint32_t unique_id) {
+  const AttributeCoding grid = coding_of(described.streams.front(), unique_id);
+  const bool is_one = std::ranges::all_of(described.streams, [&](const StreamDescription& stream) {
+    return are_equal(grid, coding_of(stream, unique_id));
+  });
+  return is_one ? grid : AttributeCoding();
+}
+
 }  // namespace
 
 std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId id,
                                           const std::vector<Attribute>& attributes, const ThreadPool& pool) {
   std::vector<AttributeCoding> grids(attributes.size());
-  if (document.records().primitive(id).storage() == PrimitiveStorage::kPlain) return grids;
-  const Expected<DescribedPrimitive> described = describe_primitive(document, id, describe_stream, pool);
-  if (!described || described->streams.empty()) return grids;
+  const std::optional<DescribedPrimitive> described = description_of(document, id, pool);
+  if (!described) return grids;
   for (const AttributeRequest& request : described->requests) {
     const auto found = std::ranges::find(attributes, request.semantic, &Attribute::semantic);
     if (found == attributes.end() || found->component_type != ComponentType::kFloat32) continue;
-    AttributeCoding grid = coding_of(described->streams.front(), request.unique_id);
-    const bool is_one = std::ranges::all_of(described->streams, [&](const StreamDescription& stream) {
-      return are_equal(grid, coding_of(stream, request.unique_id));
-    });
+    AttributeCoding grid = coding_of_all(*described, request.unique_id);
     if (grid.bits == 0) grid = grid_of_integers(described->streams.front(), request.unique_id, *found);
-    if (is_one) grids[static_cast<size_t>(found - attributes.begin())] = std::move(grid);
+    grids[static_cast<size_t>(found - attributes.begin())] = std::move(grid);
+  }
+  return grids;
+}
+
+StatedGrids all_stated_grids(const Document& document, const ThreadPool& pool) {
+  StatedGrids grids;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const std::optional<DescribedPrimitive> described = description_of(document, id, pool);
+    if (!described) continue;
+    for (const AttributeRequest& request : described->requests)
+      grids[id][request.semantic] = coding_of_all(*described, request.unique_id);
   }
   return grids;
 }

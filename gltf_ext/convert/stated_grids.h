@@ -1,6 +1,8 @@
 // The grids that the streams of compressed primitives state. Their values are on them already.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
@@ -12,5 +14,10 @@ namespace psplit {
 // bits if the primitive is plain, or cannot be described.
 std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId id,
                                           const std::vector<Attribute>& attributes, const ThreadPool& pool);
+
+// For documents whose primitives are decoded before they are encoded: the grids that the streams of all
+// primitives state, by attribute.
+using StatedGrids = std::map<PrimitiveId, std::map<std::string, AttributeCoding>>;
+StatedGrids all_stated_grids(const Document& document, const ThreadPool& pool);
 
 }  // namespace psplit

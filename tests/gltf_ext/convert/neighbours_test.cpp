@@ -5,6 +5,8 @@
 
 #include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/convert/stated_grids.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
 
@@ -117,6 +119,19 @@ TEST(Neighbours, StockDracoKeepsTheGridsThatItStates) {
       must(encode(document, options));
       EXPECT_NE(compare_meshes(before, must(read(document))), "");
     }
+}
+
+// decode --to draco: values of 12 bits would move on a grid of 14, and those of 20 even become coarser.
+TEST(Neighbours, StockDracoThatIsDecodedFirstKeepsItsGrid) {
+  for (const int bits : {12, 20}) {
+    Document document = in_stock_draco({sheet(0)}, bits);
+    const Mesh before = must(read(document));
+    const StatedGrids stated = all_stated_grids(document, test_pool());
+    ASSERT_TRUE(decode(document).ok());
+    must(encode_document_stock(document, EncodeDocumentOptions(), test_pool(), stated));
+    EXPECT_EQ(compare_meshes(before, must(read(document))), "");
+    EXPECT_EQ(all_stated_grids(document, test_pool()).begin()->second.at("POSITION").bits, bits);
+  }
 }
 
 TEST(Neighbours, GridsOfTheirOwnAreKeptInOneMesh) {

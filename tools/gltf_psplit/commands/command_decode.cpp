@@ -5,6 +5,7 @@
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/stated_bytes.h"
+#include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json.h"
 #include "src/stopwatch.h"
@@ -71,6 +72,8 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
     if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain || document.cloud)
       ++counts.decoded;
   }
+  const bool to_draco = !to_mesh_file && arguments.target == "draco";
+  const StatedGrids stated = to_draco ? all_stated_grids(document, session.pool) : StatedGrids();
   std::vector<Finding> corrections;
   {
     ProgressBar bar("decoding", session.log);
@@ -79,8 +82,8 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
     if (!status.ok()) return status;
   }
   warn_of_corrections(corrections, session.log, arguments.input);
-  if (to_mesh_file || arguments.target != "draco") return counts;
-  const auto reports = encode_document_stock(document, arguments.options, session.pool);
+  if (!to_draco) return counts;
+  const auto reports = encode_document_stock(document, arguments.options, session.pool, stated);
   if (!reports) return reports.status();
   log_reports(*reports, session.log);
   for (const PrimitiveReport& report : *reports) {
