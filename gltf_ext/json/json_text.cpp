@@ -52,9 +52,9 @@ bool is_part_of_number(char c) {
 // nlohmann's digits give the number back, but in one of some thousand numbers they are not the fewest. An asset
 // that stays as it is would grow by that.
 void append_number(std::string_view number, std::string& to) {
-  constexpr size_t kMostFewest = 16;  // up to so many characters, digits are the fewest
+  constexpr size_t kMostFewest = 16;  // up to this many characters, digits are the fewest
+  std::array<char, 32> digits;
   if (number.size() > kMostFewest && number.find('.') != number.npos) {
-    std::array<char, 32> digits;
     const auto value = Json::parse(number.begin(), number.end()).get<double>();
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
     const std::string_view fewest(digits.data(), static_cast<size_t>(end - digits.data()));
