@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/samples.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 

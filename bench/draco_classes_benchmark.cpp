@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "libdraco/draco_decoder.h"
+#include "bindings/libdraco/draco_decoder.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "bench/draco_encoder.h"
 #include "bench/samples.h"
 #include "encoder/stream/encode_stream.h"
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "bench/samples.h"
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"

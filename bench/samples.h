@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "mesh_files/read_asset.h"
 #include "src/container/decode_backend.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 

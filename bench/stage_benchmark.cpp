@@ -13,7 +13,7 @@
 
 #include "bench/draco_stages.h"
 #include "bench/samples.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/staged_decode.h"
 

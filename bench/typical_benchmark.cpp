@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "encoder/stock_stream.h"
 #include "gltf_ext/convert/read_jobs.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "mesh_files/read_asset.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/staged_decode.h"

@@ -7,7 +7,7 @@ set(components decoder cuda)
 set(headers
     src/psplit.hpp src/export.h src/span.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
     src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
-    src/loader/loader.h decoder_cuda/psplit_cuda.h libdraco/draco_decoder.h)
+    src/loader/loader.h decoder_cuda/psplit_cuda.h bindings/libdraco/draco_decoder.h)
 if(PSPLIT_HAS_TINYGLTF)
   list(APPEND components tinygltf)
   list(APPEND headers gltf_ext/tinygltf/tinygltf_plugin.h)
@@ -18,10 +18,10 @@ if(PSPLIT_BUILD_ENCODER)
        encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
        encoder/coding/position_bits.h encoder/coding/precision_guard.h encoder/coding/quantization.h encoder/coding/step_grid.h encoder/encode_parts.h encoder/mesh_parts.h
        encoder/spill.h
-       encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h encoder/patch_counts.h
+       encoder/libdraco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h encoder/patch_counts.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
-       gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h
+       gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h system/mapped_file.h
        gltf_ext/primitive/memory_limit.h
        gltf_ext/document/write_document.h gltf_ext/json/extension_names.h gltf_ext/json/json.h gltf_ext/json/json_fwd.h src/container/stream_entry.h)
 endif()
@@ -31,17 +31,17 @@ set(encoder_objects psplit_encoder psplit_partition)
 set(gltf_objects psplit_gltf psplit_records psplit_json)
 
 if(PSPLIT_BUILD_C)
-  list(APPEND headers c/psplit.h)
+  list(APPEND headers bindings/c/psplit.h)
 endif()
 
-# All headers lie under psplit/: src/psplit.hpp is <psplit/psplit.hpp>, c/psplit.h <psplit/psplit.h>,
-# libdraco/draco_decoder.h <psplit/draco_decoder.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
+# All headers lie under psplit/: src/psplit.hpp is <psplit/psplit.hpp>, bindings/c/psplit.h <psplit/psplit.h>,
+# bindings/libdraco/draco_decoder.h <psplit/draco_decoder.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
 foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
+  string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext|system)/" "#include \"psplit/\\1/" text "${text}")
   string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
   string(REGEX REPLACE "src/([a-z0-9_/]+\\.h)" "\\1" text "${text}") # in comments
-  string(REGEX REPLACE "^(src|c|libdraco)/" "" installed ${header})
+  string(REGEX REPLACE "^(src|bindings/c|bindings/libdraco)/" "" installed ${header})
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
 endforeach()
@@ -115,7 +115,7 @@ if(PSPLIT_BUILD_ENCODER)
 endif()
 
 # psplit::c, for C and other languages: always a shared library, with the objects of its own that it needs. It exports what
-# c/psplit.map names, with versions. libextern_draco.so, for Blender, and libdracodec_unity.so have their own lists.
+# bindings/c/psplit.map names, with versions. libextern_draco.so, for Blender, and libdracodec_unity.so have their own lists.
 function(psplit_export_only target map)
   if(PSPLIT_SANITIZE)
     target_link_options(${target} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
@@ -138,7 +138,7 @@ if(PSPLIT_BUILD_C)
     if(APPLE) # the name that Blender's add-on looks for
       set_target_properties(psplit_blender_package PROPERTIES SUFFIX .dylib)
     endif()
-    psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/c/blender/bridge.map)
+    psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/bindings/c/blender/bridge.map)
   endif()
   add_library(psplit_c_package SHARED)
   add_library(psplit::c ALIAS psplit_c_package)
@@ -159,7 +159,7 @@ if(PSPLIT_BUILD_C)
   if(APPLE) # Unity's plugins are bundles there
     set_target_properties(psplit_unity_package PROPERTIES PREFIX "" SUFFIX .bundle)
   endif()
-  psplit_export_only(psplit_unity_package ${PROJECT_SOURCE_DIR}/c/unity/plugin.map)
+  psplit_export_only(psplit_unity_package ${PROJECT_SOURCE_DIR}/bindings/c/unity/plugin.map)
   set(objects ${c_objects} ${blender_objects} ${unity_objects})
   list(REMOVE_DUPLICATES objects)
   foreach(tree IN LISTS objects)
@@ -178,5 +178,5 @@ if(PSPLIT_BUILD_C)
   if(PSPLIT_BUILD_ENCODER)
     target_link_libraries(psplit_c_package PRIVATE $<BUILD_INTERFACE:psplit_draco_package>)
   endif()
-  psplit_export_only(psplit_c_package ${PROJECT_SOURCE_DIR}/c/psplit.map)
+  psplit_export_only(psplit_c_package ${PROJECT_SOURCE_DIR}/bindings/c/psplit.map)
 endif()

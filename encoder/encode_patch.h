@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "encoder/draco/patch_stream.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/sequential_stream.h"
 #include "encoder/stream/smallest_stream.h"

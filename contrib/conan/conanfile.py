@@ -34,8 +34,8 @@ class Psplit(ConanFile):
 
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..")
-        for pattern in ("CMakeLists.txt", "LICENSE", "README.md", "CHANGELOG.md", "cmake/*", "third_party/*", "src/*", "c/*", "encoder/*",
-                        "decoder_cuda/*", "gltf_ext/*", "libdraco/*", "docs/manual.md"):
+        for pattern in ("CMakeLists.txt", "LICENSE", "README.md", "CHANGELOG.md", "cmake/*", "third_party/*", "src/*", "bindings/*", "encoder/*",
+                        "decoder_cuda/*", "gltf_ext/*", "mesh_files/*", "system/*", "docs/manual.md"):
             copy(self, pattern, root, self.export_sources_folder)
 
     def layout(self):

@@ -14,8 +14,8 @@
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/welding/weld.h"
-#include "src/condensed/draco_fields.h"
 #include "src/core/attributes.h"
+#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

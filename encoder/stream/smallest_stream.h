@@ -11,7 +11,7 @@
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/condensed/draco_fields.h"
+#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

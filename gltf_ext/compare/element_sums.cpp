@@ -7,7 +7,7 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
-#include "gltf_ext/files/content_hash.h"
+#include "system/content_hash.h"
 
 namespace psplit {
 namespace {

@@ -8,10 +8,10 @@
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/stock_rules.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/container/claims.h"
 #include "src/cpu/checked_decode.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "gltf_ext/files/operating_system.h"
 #include "src/container/claims.h"
 #include "src/cpu/container_decoder.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 namespace {

@@ -12,7 +12,7 @@
 
 namespace psplit {
 
-// Decodes into `mesh`, whose memory is a FileMemory (gltf_ext/files/mapped_file.h), by the CPU's decoder. After
+// Decodes into `mesh`, whose memory is a FileMemory (system/mapped_file.h), by the CPU's decoder. After
 // each window of patches its part of the file and of the container leaves the memory. The memory that this
 // takes is about limit.bytes / 2, or that of one patch if it is more; in addition 4 bytes for each point of a
 // patch's border. Every request must satisfy is_written_as_stored. With `findings`, which has one entry for

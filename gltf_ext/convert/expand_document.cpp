@@ -9,8 +9,8 @@
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
-#include "src/condensed/expand_container.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/fields/expand_container.h"
 
 namespace psplit {
 namespace {

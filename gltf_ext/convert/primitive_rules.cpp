@@ -5,12 +5,12 @@
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/files/mapped_file.h"
 #include "src/span.h"
+#include "system/mapped_file.h"
 
 namespace psplit {
 

@@ -11,13 +11,13 @@
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/read_steps.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/json/mesh_primitives.h"
+#include "system/files.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 
 namespace psplit {
 

@@ -1,8 +1,8 @@
 #include "gltf_ext/document/linked_files.h"
 
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

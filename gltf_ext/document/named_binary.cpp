@@ -4,12 +4,12 @@
 #include <string_view>
 
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/files/content_hash.h"
-#include "gltf_ext/files/mapped_file.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/content_hash.h"
+#include "system/mapped_file.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/files/files.h"
+#include "system/files.h"
 
 namespace psplit {
 

@@ -7,10 +7,10 @@
 
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/named_binary.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/image_type.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
+#include "system/files.h"
+#include "system/image_type.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

@@ -5,11 +5,11 @@
 #include "gltf_ext/document/named_binary.h"
 #include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/document/place_images.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/files.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

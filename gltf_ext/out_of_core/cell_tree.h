@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "gltf_ext/mesh_files/triangulate.h"
+#include "mesh_files/triangulate.h"
 #include "src/status.h"
 
 namespace psplit {

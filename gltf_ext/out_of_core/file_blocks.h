@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "encoder/spill.h"
-#include "gltf_ext/files/mapped_file.h"
-#include "gltf_ext/files/operating_system.h"
 #include "src/status.h"
+#include "system/mapped_file.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "encoder/coding/quantization.h"
-#include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/primitive/view_in_place.h"
+#include "mesh_files/mesh_file.h"
 
 namespace psplit {
 namespace {

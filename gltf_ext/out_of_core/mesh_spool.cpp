@@ -5,8 +5,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "mesh_files/repair_values.h"
 
 namespace psplit {
 namespace {

@@ -10,9 +10,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "gltf_ext/mesh_files/mesh_file.h"
-#include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
+#include "mesh_files/mesh_file.h"
+#include "mesh_files/stl.h"
 
 namespace psplit {
 
@@ -24,7 +24,7 @@ struct SpoolOptions {
 };
 
 // Takes a mesh as points and faces, or as facets, of which each corner becomes a point. Changes the values to
-// what glTF requires (gltf_ext/mesh_files/repair_values.h). Positions in doubles stay so in their file until
+// what glTF requires (mesh_files/repair_values.h). Positions in doubles stay so in their file until
 // all are there, because the origin depends on all; what depends on positions in floats waits for that.
 class MeshSpool : public MeshSink, public FacetSink {
  public:

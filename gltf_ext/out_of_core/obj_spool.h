@@ -4,10 +4,10 @@
 #include <array>
 #include <filesystem>
 
-#include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
+#include "mesh_files/obj.h"
 
 namespace psplit {
 

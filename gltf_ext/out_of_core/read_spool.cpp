@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/mesh_files/obj.h"
-#include "gltf_ext/mesh_files/ply.h"
-#include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/out_of_core/obj_spool.h"
+#include "mesh_files/obj.h"
+#include "mesh_files/ply.h"
+#include "mesh_files/stl.h"
+#include "system/io_error.h"
 
 namespace psplit {
 namespace {

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <functional>
 
-#include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
+#include "mesh_files/asset_format.h"
+#include "mesh_files/read_asset.h"
 #include "src/parallel.h"
 
 namespace psplit {

@@ -1,6 +1,6 @@
 #include "gltf_ext/out_of_core/temporary_space.h"
 
-#include "gltf_ext/files/io_error.h"
+#include "system/io_error.h"
 
 namespace psplit {
 namespace {

@@ -4,14 +4,14 @@
 #include <algorithm>
 
 #include "gltf_ext/document/asset_records.h"
-#include "gltf_ext/files/operating_system.h"
 #include "src/mesh/mesh.h"
 #include "src/mesh/value_bounds.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 
 // Values in memory that belongs to someone else. They may be in a mapped file: functions that take a view go
-// through it in order, and release what they have read (gltf_ext/files/mapped_file.h).
+// through it in order, and release what they have read (system/mapped_file.h).
 struct ValuesView {
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 1;

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "src/condensed/expand_container.h"
 #include "src/container/patch_container.h"
+#include "src/fields/expand_container.h"
 
 namespace psplit {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/decode_backend.h"
+#include "system/mapped_file.h"
 
 namespace psplit {
 

@@ -7,14 +7,14 @@ kChangelog = "contrib/debian/changelog"
 kPlaces = {
     "CMakeLists.txt": r"^project\(psplit VERSION (\S+)",
     "vcpkg.json": r'^  "version": "([^"]+)"',
-    "web/package.json": r'^  "version": "([^"]+)"',
-    "web/examples/bundlers/package.json": r'"psplit": "([^"]+)"',
+    "bindings/web/package.json": r'^  "version": "([^"]+)"',
+    "bindings/web/examples/bundlers/package.json": r'"psplit": "([^"]+)"',
     kChangelog: r"\Apsplit \(([^)-]+)-\d+\)",
     "contrib/vcpkg/psplit/vcpkg.json": r'^  "version": "([^"]+)"',
     "contrib/conan/conanfile.py": r'^    version = "([^"]+)"',
     "contrib/homebrew/psplit.rb": r'^  version "([^"]+)"',
     ".github/actions/psplit-encode/action.yml": r"^    default: v(\S+)",
-    "c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
+    "bindings/c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
     "gltf_ext/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
 }
 

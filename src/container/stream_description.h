@@ -77,8 +77,8 @@ struct StreamDescription {
   }
 };
 
-// describe_stream (src/cpu/draco_stream.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
-// the other.
+// describe_stream (src/cpu/draco_stream.h), describe_draco_stream (encoder/libdraco/draco_backend.h), or one
+// after the other.
 using DescribeStream = std::function<Expected<StreamDescription>(Span<const uint8_t> stream)>;
 
 // The requests that make each attribute one that glTF allows, in the same order. The names are POSITION,

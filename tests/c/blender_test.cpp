@@ -3,9 +3,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "c/blender/bridge.h"
+#include "bindings/c/blender/bridge.h"
 #include "encoder/coding/choose_codings.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "encoder/stock_stream.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/draco_clouds.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "c/psplit.h"
+#include "bindings/c/psplit.h"
 #include "src/container/decode_backend.h"
 #include "src/container/stream_description.h"
 #include "tests/src/loader/buffers.h"

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <memory>
 
-#include "c/unity/plugin.h"
+#include "bindings/c/unity/plugin.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/expect.h"

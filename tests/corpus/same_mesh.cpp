@@ -15,10 +15,10 @@
 #include <string_view>
 #include <tuple>
 
-#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "mesh_files/read_asset.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/loader/loader.h"
 #include "tests/decoder_cuda/device_samples.h"

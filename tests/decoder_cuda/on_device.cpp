@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/decode_bytes.h"

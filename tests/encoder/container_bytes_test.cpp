@@ -10,8 +10,8 @@
 #include <functional>
 #include <iomanip>
 
-#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"

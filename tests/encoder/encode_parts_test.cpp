@@ -6,7 +6,7 @@
 #include <random>
 
 #include "encoder/cut_faces.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
 #include "src/container/condensed_head.h"

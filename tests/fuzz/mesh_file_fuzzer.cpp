@@ -1,7 +1,7 @@
 // Reads any bytes as PLY, OBJ, STL or OFF, or as gzip of these. The first byte selects the name of the file,
 // which decides the format if the content does not.
-#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "mesh_files/read_asset.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 

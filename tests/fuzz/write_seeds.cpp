@@ -4,8 +4,8 @@
 #include <iostream>
 #include <random>
 
-#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_document_stock.h"

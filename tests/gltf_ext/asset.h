@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"

@@ -1,11 +1,11 @@
 // psplit::DracoDecoder against draco::Decoder: the same objects, whatever the bytes are.
-#include "libdraco/draco_decoder.h"
+#include "bindings/libdraco/draco_decoder.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "src/parallel.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/corpus_streams.h"

@@ -24,7 +24,7 @@ with tempfile.TemporaryDirectory() as name:
     # As cmake/archive.cmake and scripts/web ask for them.
     counts = [make(folder / "archive", "--without=libdraco, libpng", "README.md", "CHANGELOG.md", "docs",
                    "gltf_ext/PSPLIT_mesh_draco_patches"),
-              make(folder / "npm", "web/README.md=README.md", "docs/web.md", "web/js=.")]
+              make(folder / "npm", "bindings/web/README.md=README.md", "docs/web.md", "bindings/web/js=.")]
     if min(counts) < 3:
         sys.exit(f"only {counts} links were found")
     if "built without libdraco, libpng." not in (folder / "archive/README.md").read_text():
@@ -32,6 +32,6 @@ with tempfile.TemporaryDirectory() as name:
     # A link that leads out of the package is text, one that leads nowhere is an error, and code stays.
     outside = make(folder / "alone", "README.md")
     text = (folder / "alone/README.md").read_text()
-    if outside or "web/README.md begins with" not in text or "![" in text or "tinygltf::Model model;" not in text:
+    if outside or "bindings/web/README.md begins with" not in text or "![" in text or "tinygltf::Model model;" not in text:
         sys.exit(f"README.md alone has {outside} links, or not what it should have")
 print(f"{sum(counts)} links work")

@@ -125,7 +125,7 @@ def run_c(kind, examples, assets):
 def check_c(kind, prefix, folder, assets):
     """Builds c/examples with the installed library, as a project of CMake in C alone and with pkg-config."""
     build = folder / "c-examples"
-    run(options.cmake, "-G", "Ninja", "-S", source / "c" / "examples", "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}",
+    run(options.cmake, "-G", "Ninja", "-S", source / "bindings/c/examples", "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}",
         "-DCMAKE_C_FLAGS=-Wall -Wextra -pedantic -Werror")
     run(options.cmake, "--build", build)
     run_c(f"{kind}, C", build, assets)
@@ -136,7 +136,7 @@ def check_c(kind, prefix, folder, assets):
     flags = run_with(pkg_config_variables(prefix), "pkg-config", "--cflags", "--libs", "psplit").split()
     library = next(prefix.rglob("libpsplit.so")).parent
     for name in ("decode_glb", "encode_mesh"):
-        run("cc", "-std=c99", "-o", build / name, source / "c" / "examples" / f"{name}.c", *flags, f"-Wl,-rpath,{library}")
+        run("cc", "-std=c99", "-o", build / name, source / "bindings/c/examples" / f"{name}.c", *flags, f"-Wl,-rpath,{library}")
     run_c(f"{kind}, C, pkg-config", build, assets)
 
 

@@ -18,7 +18,7 @@ for name in ("cmake", "compiler", "build"):
     parser.add_argument("--" + name, required=True)
 options = parser.parse_args()
 tests = pathlib.Path(__file__).resolve().parent
-package = tests.parents[1] / "python"
+package = tests.parents[1] / "bindings/python"
 
 
 def run(*command, **environment):
@@ -38,7 +38,7 @@ def test_wheel(folder, encoder):
         if needed not in files:
             sys.exit(f"{wheel.name} has no {needed}")
     licence, = (file for file in files if file.endswith("/LICENSE"))
-    if zipfile.ZipFile(wheel).read(licence) != (package.parent / "LICENSE").read_bytes():
+    if zipfile.ZipFile(wheel).read(licence) != (package.parents[1] / "LICENSE").read_bytes():
         sys.exit(f"{wheel.name}: {licence} is not the project's")
     venv.create(folder / "venv", system_site_packages=True, with_pip=False)
     python = folder / "venv" / "bin" / "python"

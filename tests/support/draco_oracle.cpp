@@ -6,8 +6,8 @@
 #include <memory>
 #include <utility>
 
-#include "encoder/draco/patch_stream.h"
-#include "encoder/draco/unfused_values.h"
+#include "encoder/libdraco/patch_stream.h"
+#include "encoder/libdraco/unfused_values.h"
 #include "src/cpu/draco_stream.h"
 
 namespace psplit {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "encoder/draco/draco_types.h"
+#include "encoder/libdraco/draco_types.h"
 #include "tests/support/draco_subject.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gltf_ext/files/child_process.h"
-#include "gltf_ext/files/operating_system.h"
+#include "system/child_process.h"
+#include "system/operating_system.h"
 
 namespace psplit {
 

@@ -1,4 +1,4 @@
-// vite, webpack and esbuild build web/examples/bundlers, and Chromium shows it. Imports work where there is no page.
+// vite, webpack and esbuild build bindings/web/examples/bundlers, and Chromium shows it. Imports work where there is no page.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { cpSync, readFileSync, rmSync } from 'node:fs';
@@ -12,7 +12,7 @@ import { modules_folder, package_folder, root } from './load.mjs';
 // The example is copied to a folder below the bundlers' packages, and the package is installed in it.
 const folder = path.join(root, 'build/web/bundlers');
 rmSync(folder, { recursive: true, force: true });
-cpSync(path.join(root, 'web/examples/bundlers'), folder, { recursive: true });
+cpSync(path.join(root, 'bindings/web/examples/bundlers'), folder, { recursive: true });
 cpSync(package_folder, path.join(folder, 'node_modules/psplit'), { recursive: true });
 const bin = path.join(modules_folder, 'node_modules/.bin');
 
@@ -51,7 +51,7 @@ test("vite's development server", { skip, timeout: 60000 }, async () => {
 
 test("the example's bundlers are those of the tests", () => {
   const read = (file) => JSON.parse(readFileSync(path.join(root, file)));
-  const { devDependencies } = read('web/examples/bundlers/package.json'), { dependencies } = read('tests/web/package.json');
+  const { devDependencies } = read('bindings/web/examples/bundlers/package.json'), { dependencies } = read('tests/web/package.json');
   for (const [name, version] of Object.entries(devDependencies)) assert.equal(dependencies[name], version, name);
 });
 

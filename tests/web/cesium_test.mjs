@@ -12,7 +12,7 @@ link_package();
 const { buildSync } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
 const [, stream] = [...streams()].find(([name]) => /11 bits, more attributes/.test(name));
 const modules = path.join(modules_folder, 'node_modules'), cesium = path.join(modules, '@cesium/engine');
-const [, commands] = readFileSync(path.join(root, 'web/README.md'), 'utf8').match(/^## Cesium\n.*?^```sh\n(.*?)^```$/ms);
+const [, commands] = readFileSync(path.join(root, 'bindings/web/README.md'), 'utf8').match(/^## Cesium\n.*?^```sh\n(.*?)^```$/ms);
 
 // A project whose page has Cesium's files.
 const folder = path.join(root, 'build/web/cesium');

@@ -1,4 +1,4 @@
-// Tests that a list of web/js/draco has every member of draco3d's module, and says of each what ours does.
+// Tests that a list of bindings/web/js/draco has every member of draco3d's module, and says of each what ours does.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -16,7 +16,7 @@ const members = (draco) => Object.keys(draco).flatMap((name) => {
 /** `theirs`: modules of draco3d by version, which have at least `least` members. */
 export function test_list(list, ours, theirs, least) {
   // By member: its state in the list.
-  const states = new Map([...readFileSync(path.join(root, 'web/js/draco', list), 'utf8').matchAll(/^\| (`.*`) \| (.*) \|$/gm)]
+  const states = new Map([...readFileSync(path.join(root, 'bindings/web/js/draco', list), 'utf8').matchAll(/^\| (`.*`) \| (.*) \|$/gm)]
     .flatMap(([, names, state]) => names.split(', ').map((name) => [name.replaceAll('`', ''), state])));
   // An inherited member is there, too. A class without members of its own is not in the list.
   const is_there = (name) => name.split('.').reduce((at, part) => (at === undefined ? at : at.prototype?.[part] ?? at[part]), ours) !== undefined;

@@ -22,7 +22,7 @@ rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 const [component] = readme_blocks()['React'];
 writeFileSync(path.join(folder, 'model.tsx'), component);
-const [, set_path] = readFileSync(path.join(root, 'web/README.md'), 'utf8').match(/`(useGLTF\.setDecoderPath\(.*?\))`/);
+const [, set_path] = readFileSync(path.join(root, 'bindings/web/README.md'), 'utf8').match(/`(useGLTF\.setDecoderPath\(.*?\))`/);
 writeFileSync(path.join(folder, 'draco_model.tsx'), `import { useGLTF } from '@react-three/drei';
   ${set_path};
   export const DracoModel = ({ url }) => <primitive object={useGLTF(url).scene} />;`);

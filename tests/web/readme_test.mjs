@@ -1,4 +1,4 @@
-// The code of web/README.md runs: each block alone, in Node.js or in a page of Chromium.
+// The code of bindings/web/README.md runs: each block alone, in Node.js or in a page of Chromium.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';

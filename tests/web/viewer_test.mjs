@@ -8,7 +8,7 @@ import { kMostMs, need_browser, open_page, skip as no_chromium } from './browser
 import { gltf_psplit, root } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
-const viewer = path.join(root, 'web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+const viewer = path.join(root, 'bindings/web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const pictures = path.join(root, 'build/web/pictures');
 const skip = no_chromium || (gltf_psplit === null && 'there is no gltf-psplit');
 const { server } = await import(path.join(viewer, 'serve.mjs'));

@@ -1,4 +1,4 @@
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 
 int main(int argc, char** argv) {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "encoder/stream/attribute_corrections.h"
-#include "src/condensed/draco_fields.h"
 #include "src/core/workspace.h"
+#include "src/fields/draco_fields.h"
 
 namespace psplit {
 

@@ -9,7 +9,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/patch_stream.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "encoder/stream/patch_steps.h"
 #include "encoder/stream/sequential_stream.h"
 #include "tests/encoder/stream/decoded_values.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "tests/encoder/stream/random_soup.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "tests/encoder/stream/random_soup.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/procedural_meshes.h"

@@ -4,7 +4,7 @@
 #include <map>
 #include <random>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/libdraco/patch_stream.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"

@@ -9,9 +9,9 @@
 #include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/files/files.h"
 #include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "system/files.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

@@ -1,5 +1,5 @@
 // Documents with condensed patches, and the way back.
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/expand_document.h"

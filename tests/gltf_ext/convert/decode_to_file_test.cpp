@@ -3,8 +3,8 @@
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/files/files.h"
 #include "src/cpu/cpu_backend.h"
+#include "system/files.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

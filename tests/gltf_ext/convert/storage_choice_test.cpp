@@ -11,7 +11,7 @@
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/mesh_files/draco_file.h"
+#include "mesh_files/draco_file.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"

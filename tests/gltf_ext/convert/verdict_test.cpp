@@ -6,9 +6,9 @@
 #include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/files/files.h"
 #include "gltf_ext/json/glb.h"
 #include "src/container/patch_container.h"
+#include "system/files.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

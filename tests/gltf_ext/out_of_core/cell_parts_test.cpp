@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "encoder/welding/reduce.h"
-#include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
 #include "gltf_ext/primitive/view_in_place.h"
+#include "mesh_files/repair_values.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"

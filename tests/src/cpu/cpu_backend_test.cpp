@@ -6,8 +6,8 @@
 #include <cstring>
 #include <random>
 
-#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/checked_decode.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/support/decode_bytes.h"

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 

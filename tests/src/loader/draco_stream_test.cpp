@@ -2,7 +2,7 @@
 
 #include "src/cpu/draco_stream.h"
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"

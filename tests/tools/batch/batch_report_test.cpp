@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gltf_ext/files/io_error.h"
+#include "system/io_error.h"
 
 namespace psplit {
 namespace {

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <map>
 
-#include "gltf_ext/files/io_error.h"
+#include "system/io_error.h"
 #include "tests/tools/batch/batch_files.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_record.h"

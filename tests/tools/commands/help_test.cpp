@@ -1,7 +1,7 @@
 // Help, version, and options before or after the subcommand.
 #include <cstdlib>
 
-#include "gltf_ext/files/io_error.h"
+#include "system/io_error.h"
 #include "tests/support/environment.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"

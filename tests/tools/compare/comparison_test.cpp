@@ -1,6 +1,6 @@
 #include "tools/gltf_psplit/compare/comparison.h"
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tests/support/environment.h"
 #include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"

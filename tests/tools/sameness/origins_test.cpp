@@ -2,7 +2,7 @@
 // floats alone would lose.
 #include <set>
 
-#include "tests/gltf_ext/mesh_files/far_mesh.h"
+#include "tests/mesh_files/far_mesh.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {

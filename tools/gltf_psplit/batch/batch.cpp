@@ -5,16 +5,16 @@
 #include <map>
 #include <set>
 
-#include "gltf_ext/files/child_process.h"
-#include "gltf_ext/files/content_hash.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/temporary_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "mesh_files/read_asset.h"
 #include "src/stopwatch.h"
+#include "system/child_process.h"
+#include "system/content_hash.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
+#include "system/temporary_file.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/worker.h"
 #include "tools/gltf_psplit/files/output_checks.h"

@@ -5,11 +5,11 @@
 #include <string_view>
 #include <utility>
 
-#include "gltf_ext/files/content_hash.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/text_lines.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "mesh_files/read_asset.h"
+#include "system/content_hash.h"
+#include "system/files.h"
+#include "system/operating_system.h"
+#include "system/text_lines.h"
 
 namespace psplit {
 namespace {

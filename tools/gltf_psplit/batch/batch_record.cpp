@@ -5,12 +5,12 @@
 #include <fstream>
 
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/text_lines.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/text_lines.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/files/content_hash.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
+#include "system/content_hash.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/batch/shard.h"
 
 namespace psplit {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/text_lines.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/number_text.h"

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/files/files.h"
 #include "src/status.h"
+#include "system/files.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/encode_report.h"
 

@@ -5,13 +5,13 @@
 #include <memory>
 #include <vector>
 
-#include "gltf_ext/files/content_hash.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/content_hash.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 
 namespace psplit {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/json/json.h"
 #include "src/status.h"
+#include "system/files.h"
+#include "system/text_lines.h"
 
 namespace psplit {
 

@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "gltf_ext/document/asset_records.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/json/mesh_primitives.h"
-#include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/byte_stream.h"
-#include "gltf_ext/mesh_files/ply_header.h"
-#include "gltf_ext/mesh_files/stl.h"
+#include "mesh_files/asset_format.h"
+#include "mesh_files/byte_stream.h"
+#include "mesh_files/ply_header.h"
+#include "mesh_files/stl.h"
+#include "system/files.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 
 namespace psplit {

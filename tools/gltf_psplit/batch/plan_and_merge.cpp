@@ -3,11 +3,11 @@
 #include <cstdlib>
 #include <optional>
 
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "mesh_files/read_asset.h"
+#include "system/files.h"
+#include "system/io_error.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/files/output_checks.h"

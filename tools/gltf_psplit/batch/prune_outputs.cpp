@@ -2,9 +2,9 @@
 #include <set>
 
 #include "gltf_ext/document/named_binary.h"
-#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/json/json_fields.h"
-#include "gltf_ext/mesh_files/asset_format.h"
+#include "mesh_files/asset_format.h"
+#include "system/io_error.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/files/text_output.h"

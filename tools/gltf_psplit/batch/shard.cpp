@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "gltf_ext/files/content_hash.h"
+#include "system/content_hash.h"
 
 namespace psplit {
 namespace {

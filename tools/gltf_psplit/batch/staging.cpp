@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/files/child_process.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
-#include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/mtl.h"
+#include "mesh_files/asset_format.h"
+#include "mesh_files/mtl.h"
+#include "system/child_process.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 
 namespace psplit {

@@ -1,7 +1,7 @@
 // The child process of a batch, which works on the assets that its parent names, several at once.
 #pragma once
 
-#include "gltf_ext/files/child_process.h"
+#include "system/child_process.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 

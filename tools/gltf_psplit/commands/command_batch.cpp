@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "gltf_ext/files/child_process.h"
+#include "system/child_process.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "tools/gltf_psplit/commands/commands.h"

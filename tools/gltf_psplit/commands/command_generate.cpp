@@ -9,13 +9,13 @@
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
-#include "gltf_ext/mesh_files/write_mesh_file.h"
 #include "gltf_ext/primitive/mesh_view.h"
+#include "mesh_files/write_mesh_file.h"
 #include "src/parallel.h"
 #include "src/status.h"
+#include "system/files.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/options/count_option.h"
@@ -113,7 +113,7 @@ class PlyWriter {
 };
 
 // Writes little-endian PLY: x y z and, if the shape has normals, nx ny nz as floats; faces as a uchar 3 and
-// three ints. The file appears whole or not at all (gltf_ext/files/files.h). It must be a regular file, because
+// three ints. The file appears whole or not at all (system/files.h). It must be a regular file, because
 // points and faces are written to two places alternately. `progress` counts faces. Errors: those of write_file.
 Status write_ply(const std::string& path, const ShapeStream& shape, bool normals, const ThreadPool& pool,
                  const Progress& progress, IfReadOnly if_read_only) {

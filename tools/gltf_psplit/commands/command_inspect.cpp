@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/files/files.h"
 #include "src/stopwatch.h"
+#include "system/files.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
 #include "tools/gltf_psplit/files/output_checks.h"

@@ -7,9 +7,9 @@
 #include <span>
 #include <string_view>
 
-#include "gltf_ext/files/child_process.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
+#include "system/child_process.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"

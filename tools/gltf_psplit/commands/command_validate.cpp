@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/mesh_files/draco_file.h"
+#include "mesh_files/draco_file.h"
+#include "system/files.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
 #include "tools/gltf_psplit/files/output_checks.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <numeric>
 
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "encoder/stock_stream.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "src/cpu/staged_decode.h"

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/draco/draco_backend.h"
+#include "encoder/libdraco/draco_backend.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 

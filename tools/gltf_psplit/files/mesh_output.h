@@ -8,7 +8,7 @@
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/mesh_files/asset_format.h"
+#include "mesh_files/asset_format.h"
 #include "tools/gltf_psplit/options/session.h"
 
 namespace psplit {

@@ -3,10 +3,10 @@
 #include <filesystem>
 
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json.h"
+#include "system/files.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

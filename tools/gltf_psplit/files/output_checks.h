@@ -7,7 +7,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
-#include "gltf_ext/mesh_files/asset_format.h"
+#include "mesh_files/asset_format.h"
 #include "src/status.h"
 #include "tools/gltf_psplit/options/file_options.h"
 

@@ -1,7 +1,7 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
-#include "gltf_ext/files/operating_system.h"
 #include "src/cpu/draco_stream.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 
 namespace psplit {

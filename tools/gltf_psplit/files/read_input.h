@@ -6,15 +6,15 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/mesh_files/byte_stream.h"
-#include "gltf_ext/mesh_files/read_asset.h"
+#include "mesh_files/byte_stream.h"
+#include "mesh_files/read_asset.h"
 #include "tools/gltf_psplit/options/session.h"
 
 namespace psplit {
 
 enum class PointClouds : bool { kRefuse, kRead };
 
-// Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
+// Reads any file that read_asset supports (mesh_files/read_asset.h); "-" is stdin. Its warnings go to
 // the session's log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file
 // holds the file's stream, which the named backend described; that of a Draco file of points holds the points,
 // and is refused with PointClouds::kRefuse. `origin` is for mesh files. If `spool` is a folder, the content of

@@ -1,7 +1,7 @@
 #include "tools/gltf_psplit/files/text_output.h"
 
-#include "gltf_ext/files/files.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/files.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 

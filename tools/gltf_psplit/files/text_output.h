@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "gltf_ext/files/files.h"
 #include "gltf_ext/json/json.h"
 #include "src/status.h"
+#include "system/files.h"
 
 namespace psplit {
 

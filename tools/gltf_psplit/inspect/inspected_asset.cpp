@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "gltf_ext/primitive/primitive_edit.h"
-#include "src/condensed/expand_container.h"
 #include "src/container/patch_boxes.h"
+#include "src/fields/expand_container.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

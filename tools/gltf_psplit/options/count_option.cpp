@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "gltf_ext/files/float_text.h"
+#include "system/float_text.h"
 
 namespace psplit {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "gltf_ext/document/asset_records.h"
-#include "gltf_ext/files/float_text.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
+#include "system/float_text.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/file_options.h"

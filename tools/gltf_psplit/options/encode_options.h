@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
-#include "gltf_ext/mesh_files/origin.h"
+#include "mesh_files/origin.h"
 
 namespace CLI {
 class App;

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "gltf_ext/files/child_process.h"
+#include "system/child_process.h"
 
 namespace psplit {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/machine_limits.h"
 

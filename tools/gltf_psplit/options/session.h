@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "gltf_ext/files/files.h"
 #include "src/parallel.h"
+#include "system/files.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {

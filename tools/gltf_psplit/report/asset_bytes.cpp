@@ -5,12 +5,12 @@
 #include <set>
 
 #include "gltf_ext/document/image_bytes.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "system/files.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

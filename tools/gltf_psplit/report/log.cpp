@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {

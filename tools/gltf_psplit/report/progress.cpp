@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-#include "gltf_ext/files/operating_system.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "gltf_ext/convert/decode_to_file.h"
-#include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/primitive/view_in_place.h"
+#include "mesh_files/asset_format.h"
+#include "mesh_files/read_asset.h"
+#include "system/files.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/report/progress.h"
 

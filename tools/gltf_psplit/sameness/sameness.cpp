@@ -9,8 +9,8 @@
 
 #include "gltf_ext/compare/column_limits.h"
 #include "gltf_ext/compare/compare_assets.h"
-#include "gltf_ext/files/float_text.h"
-#include "gltf_ext/files/operating_system.h"
+#include "system/float_text.h"
+#include "system/operating_system.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <thread>
 
-#include "gltf_ext/files/temporary_file.h"
+#include "system/temporary_file.h"
 #include "tests/support/child.h"
 #include "tests/tools/batch/posix/batch_jobs.h"
 

@@ -7,7 +7,7 @@
 
 #include <thread>
 
-#include "gltf_ext/files/io_error.h"
+#include "system/io_error.h"
 #include "tests/support/child.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"

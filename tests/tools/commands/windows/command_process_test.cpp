@@ -6,10 +6,10 @@
 #include <thread>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/files/io_error.h"
-#include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json.h"
+#include "system/io_error.h"
+#include "system/operating_system.h"
+#include "system/uri.h"
 #include "tests/tools/command_file.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"

@@ -1,0 +1,59 @@
+// The handle of a mesh to be decoded.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bindings/c/support.h"
+#include "src/container/stream_description.h"
+#include "src/cpu/draco_stream.h"
+#include "src/loader/loader.h"
+
+namespace psplit::c {
+
+struct MeshAttribute {
+  std::string name;
+  uint32_t unique_id = 0;
+  DracoSemantic semantic = DracoSemantic::kGeneric;
+  core::DataType type = core::DataType::kFloat32;
+  uint32_t components = 0;
+  bool normalized = false;
+  size_t value_bytes = 0;
+  bool is_integers = false;
+};
+
+}  // namespace psplit::c
+
+// One of `primitive` and `geometry` is there.
+struct psplit_mesh {
+  psplit_kind kind = PSPLIT_KIND_NONE;
+  std::shared_ptr<const void> bytes{};  // keeps what `primitive` points to, if it is not the caller's
+  psplit::Place place{};
+  std::optional<psplit::CompressedPrimitive> primitive{};
+  std::optional<psplit::DracoGeometry> geometry{};
+  std::vector<psplit::c::MeshAttribute> attributes{};
+
+  uint32_t point_count() const { return primitive ? primitive->point_count() : geometry->point_count; }
+  uint32_t face_count() const {
+    return primitive ? primitive->face_count() : static_cast<uint32_t>(geometry->faces.size());
+  }
+  uint32_t patch_count() const { return primitive ? primitive->patch_count() : 1; }
+
+  // What a stream of a primitive stores, found at the first call.
+  psplit::Expected<const psplit::StreamDescription*> description() const;
+
+ private:
+  mutable std::mutex mutex_{};  // of description_
+  mutable std::optional<psplit::StreamDescription> description_{};
+};
+
+namespace psplit::c {
+
+// A mesh of PSPLIT_KIND_PATCHES or PSPLIT_KIND_DRACO. `bytes` keeps the source's bytes, and may be null.
+Expected<std::unique_ptr<psplit_mesh>> open_primitive(PrimitiveSource source,
+                                                      std::shared_ptr<const void> bytes);
+
+}  // namespace psplit::c

@@ -1,0 +1,280 @@
+#include "bindings/python/native/decode.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+#include "bindings/python/native/arrays.h"
+#include "bindings/python/native/pools.h"
+#include "src/cpu/cpu_backend.h"
+#include "src/cpu/draco_metadata.h"
+#include "src/cpu/draco_stream.h"
+#include "src/loader/loader.h"
+
+namespace psplit::python {
+namespace {
+
+// glTF's names for Draco's semantics, whatever the type of the values. gltf_attributes gives the same names to
+// data of the types that glTF allows.
+std::vector<std::string> names_of(std::span<const StreamAttribute> attributes) {
+  std::array<uint32_t, 5> used{};
+  std::vector<std::string> names;
+  for (const StreamAttribute& attribute : attributes) {
+    const uint32_t number = used[static_cast<size_t>(attribute.semantic)]++;
+    const auto numbered = [&](const char* prefix) { return prefix + std::to_string(number); };
+    switch (attribute.semantic) {
+      case DracoSemantic::kPosition: names.push_back(number == 0 ? "POSITION" : numbered("_POSITION_")); break;
+      case DracoSemantic::kNormal: names.push_back(number == 0 ? "NORMAL" : numbered("_NORMAL_")); break;
+      case DracoSemantic::kColor: names.push_back(numbered("COLOR_")); break;
+      case DracoSemantic::kTexCoord: names.push_back(numbered("TEXCOORD_")); break;
+      case DracoSemantic::kGeneric: names.push_back(numbered("_GENERIC_")); break;
+    }
+  }
+  return names;
+}
+
+// Names of metadata are bytes that a writer chose. What is not UTF-8 is escaped as Python escapes file names.
+py::str text_of(const std::string& bytes) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape"));
+}
+
+// (entries, parts): a dict of bytes, and a dict of the same.
+py::tuple tuple_of(const Metadata& metadata) {
+  py::dict entries, parts;
+  for (const auto& [name, value] : metadata.entries)
+    entries[text_of(name)] = py::bytes(reinterpret_cast<const char*>(value.data()), value.size());
+  for (const Metadata& part : metadata.parts) parts[text_of(part.name)] = tuple_of(part);
+  return py::make_tuple(entries, parts);
+}
+
+// None without metadata; otherwise that of the geometry, and that of attributes by their unique ids.
+py::object tuple_of(const StreamMetadata& metadata) {
+  if (metadata == StreamMetadata()) return py::none();
+  py::dict attributes;
+  for (const AttributeMetadata& attribute : metadata.attributes)
+    attributes[py::int_(attribute.unique_id)] = tuple_of(attribute.metadata);
+  return py::make_tuple(tuple_of(metadata.geometry), attributes);
+}
+
+struct DecodedStream {
+  DracoGeometry geometry;
+  StreamMetadata metadata;
+};
+
+Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool integers) {
+  Expected<DracoGeometry> geometry = decode_geometry(stream, integers);
+  if (!geometry) return geometry.status();
+  Expected<StreamMetadata> metadata = read_metadata(stream);
+  if (!metadata) return metadata.status();
+  return DecodedStream{std::move(*geometry), std::move(*metadata)};
+}
+
+// Decodes to the caller's arrays where there are some.
+Expected<DecodedStream> decode_stream_to(std::span<const uint8_t> stream, bool integers, OutArrays& out) {
+  Expected<StreamMetadata> metadata = read_metadata(stream);
+  if (!metadata) return metadata.status();
+  DecodedStream decoded{{}, std::move(*metadata)};
+  DracoGeometry& geometry = decoded.geometry;
+  Status status = decode_geometry(
+      stream,
+      [&](const StreamDescription& description,
+          std::span<const StoredValues> stored) -> Expected<GeometryPlaces> {
+        const size_t points = description.point_count, face_count = description.face_count;
+        geometry.coding = description.coding;
+        geometry.point_count = description.point_count;
+        GeometryPlaces places;
+        const Expected<std::byte*> faces = out.take("faces", {}, "u4", face_count, 3);
+        if (!faces) return faces.status();
+        places.faces = reinterpret_cast<uint32_t*>(*faces);
+        if (places.faces == nullptr && face_count > 0) {
+          geometry.faces.resize(face_count);
+          places.faces = geometry.faces[0].data();
+        }
+        const std::vector<std::string> names = names_of(description.attributes);
+        for (size_t i = 0; i < stored.size(); ++i) {
+          GeometryAttribute attribute{description.attributes[i], {}, integers && stored[i].has_integers};
+          const Expected<std::byte*> given =
+              out.take(names[i], attribute.description.unique_id, type_code(attribute.type()), points,
+                       attribute.component_count());
+          if (!given) return given.status();
+          if (*given == nullptr) attribute.values.resize(points * attribute.stride());
+          places.attributes.push_back(
+              {*given == nullptr ? attribute.values.data() : *given, nullptr, attribute.are_integers});
+          geometry.attributes.push_back(std::move(attribute));
+        }
+        if (Status all = out.all_taken(); !all.ok()) return all;
+        return places;
+      });
+  if (!status.ok()) return status;
+  return decoded;
+}
+
+py::object tuple_of(GeometryAttribute&& attribute, const std::string& name, uint32_t point_count,
+                    py::object given) {
+  const StreamAttribute& description = attribute.description;
+  const char* const type = type_code(attribute.type());
+  const uint32_t columns = attribute.component_count();
+  py::object values =
+      given.is_none() ? array_of(std::move(attribute.values), type, point_count, columns) : std::move(given);
+  py::object origin = py::none(), range = py::none();
+  if (!description.origin.empty()) {
+    origin = py::array_t<float>(static_cast<py::ssize_t>(description.origin.size()), description.origin.data());
+    range = py::float_(double{description.range});
+  }
+  return py::make_tuple(name, description.unique_id, std::move(values), description.normalized,
+                        int{description.bits}, std::move(origin), std::move(range), attribute.are_integers);
+}
+
+py::tuple tuple_of(DecodedStream&& decoded, const OutArrays* out) {
+  DracoGeometry& geometry = decoded.geometry;
+  std::vector<StreamAttribute> descriptions;
+  for (const GeometryAttribute& attribute : geometry.attributes) descriptions.push_back(attribute.description);
+  const std::vector<std::string> names = names_of(descriptions);
+  const auto given = [&](const std::string& name, std::optional<uint32_t> unique_id) {
+    return out == nullptr ? py::object(py::none()) : out->taken(name, unique_id);
+  };
+  py::object faces = given("faces", {});
+  if (faces.is_none()) faces = array_of(std::move(geometry.faces));
+  py::list attributes;
+  for (size_t i = 0; i < names.size(); ++i)
+    attributes.append(tuple_of(std::move(geometry.attributes[i]), names[i], geometry.point_count,
+                               given(names[i], descriptions[i].unique_id)));
+  return py::make_tuple(coding_name(geometry.coding), geometry.point_count, std::move(faces),
+                        std::move(attributes), tuple_of(decoded.metadata));
+}
+
+py::tuple decode(const py::object& data, bool quantized, const py::object& out_dict) {
+  const HeldBytes held(data);
+  std::optional<OutArrays> out;
+  if (!out_dict.is_none()) out.emplace(out_dict);
+  std::optional<Expected<DecodedStream>> decoded;
+  {
+    const py::gil_scoped_release release;
+    decoded.emplace(out ? decode_stream_to(held.bytes(), quantized, *out)
+                        : decode_stream(held.bytes(), quantized));
+  }
+  return tuple_of(value_or_throw(std::move(*decoded)), out ? &*out : nullptr);
+}
+
+// A tuple or an exception for each stream.
+py::list decode_many(const py::list& data, bool quantized, int thread_count) {
+  std::vector<HeldBytes> held;
+  held.reserve(data.size());
+  for (const py::handle item : data) held.emplace_back(item);
+  // Large streams first: a last task that is large would keep one thread busy alone.
+  std::vector<size_t> order(held.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return held[a].bytes().size() > held[b].bytes().size(); });
+  std::vector<std::optional<Expected<DecodedStream>>> decoded(held.size());
+  with_pool(thread_count, [&](const ThreadPool& pool) {
+    const py::gil_scoped_release release;
+    pool.for_each(held.size(), [&](size_t i) {
+      decoded[order[i]].emplace(decode_stream(held[order[i]].bytes(), quantized));
+    });
+  });
+  py::list results;
+  for (std::optional<Expected<DecodedStream>>& one : decoded)
+    results.append(*one ? py::object(tuple_of(std::move(**one), nullptr)) : exception_of(one->status()));
+  return results;
+}
+
+using Requested = std::tuple<std::string, uint32_t, int, int, bool>;
+
+AttributeRequest request_of(const Requested& requested) {
+  const auto& [semantic, unique_id, component_type, component_count, normalized] = requested;
+  const auto type = static_cast<ComponentType>(component_type);
+  if (component_bytes(type) == 0)
+    throw StatusError{wrong_usage(semantic + " has no component type " + std::to_string(component_type))};
+  if (component_count < 1 || component_count > 16)
+    throw StatusError{wrong_usage(semantic + " has " + std::to_string(component_count) + " components")};
+  return {semantic, unique_id, type, static_cast<uint8_t>(component_count), normalized};
+}
+
+// The memory for a primitive: the caller's arrays, and the mesh where there is none.
+Expected<PrimitiveBuffers> buffers_for(const CompressedPrimitive& primitive, OutArrays& out, Mesh& mesh) {
+  Expected<PrimitiveBuffers> buffers = allocate_mesh(primitive.point_count(), primitive.face_count(),
+                                                     primitive.attributes(), primitive.bytes().size(), mesh);
+  if (!buffers) return buffers.status();
+  const Expected<std::byte*> faces = out.take("faces", {}, "u4", primitive.face_count(), 3);
+  if (!faces) return faces.status();
+  if (*faces != nullptr) {
+    buffers->indices = std::span(*faces, mesh.faces.size() * sizeof(mesh.faces[0]));
+    mesh.faces = {};
+  }
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    Attribute& attribute = mesh.attributes[i];
+    const Expected<std::byte*> given =
+        out.take(attribute.semantic, primitive.attributes()[i].unique_id, type_code(attribute.component_type),
+                 mesh.point_count, attribute.component_count);
+    if (!given) return given.status();
+    if (*given == nullptr) continue;
+    buffers->attributes[i].bytes = std::span(*given, attribute.values.size());
+    attribute.values = {};
+  }
+  if (Status all = out.all_taken(); !all.ok()) return all;
+  return buffers;
+}
+
+py::tuple tuple_of_mesh(Mesh&& mesh, const char* coding, std::span<const AttributeRequest> requests,
+                        const OutArrays* out) {
+  py::object faces = out == nullptr ? py::object(py::none()) : out->taken("faces", {});
+  if (faces.is_none()) faces = array_of(std::move(mesh.faces));
+  py::list attributes;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    Attribute& attribute = mesh.attributes[i];
+    std::optional<uint32_t> unique_id;
+    if (!requests.empty()) unique_id = requests[i].unique_id;
+    py::object values = out == nullptr ? py::object(py::none()) : out->taken(attribute.semantic, unique_id);
+    if (values.is_none())
+      values = array_of(std::move(attribute.values), type_code(attribute.component_type), mesh.point_count,
+                        attribute.component_count);
+    attributes.append(py::make_tuple(attribute.semantic, unique_id, std::move(values), attribute.normalized,
+                                     py::none(), py::none(), py::none(), false));
+  }
+  return py::make_tuple(coding, mesh.point_count, std::move(faces), std::move(attributes), py::none());
+}
+
+py::tuple decode_primitive(const py::object& data, const std::vector<Requested>& requested, bool is_stock,
+                           uint64_t point_count, uint64_t index_count, int thread_count,
+                           const py::object& out_dict) {
+  const HeldBytes held(data);
+  OutArrays out(out_dict);
+  PrimitiveSource source{
+      held.bytes(), {}, point_count, index_count, is_stock ? Compression::kDraco : Compression::kPatches};
+  for (const Requested& attribute : requested) source.attributes.push_back(request_of(attribute));
+  Mesh mesh;
+  const Status status = with_pool(thread_count, [&](const ThreadPool& pool) -> Status {
+    const py::gil_scoped_release release;
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
+    if (!primitive) return primitive.status();
+    const Expected<PrimitiveBuffers> buffers = buffers_for(*primitive, out, mesh);
+    if (!buffers) return buffers.status();
+    LoadOptions options;
+    options.pool = &pool;
+    return primitive->decode(*buffers, options);
+  });
+  throw_if_failed(status);
+  return tuple_of_mesh(std::move(mesh), is_stock ? "draco" : "patches", source.attributes, &out);
+}
+
+}  // namespace
+
+py::tuple tuple_of(Mesh&& mesh, const char* coding) {
+  return tuple_of_mesh(std::move(mesh), coding, {}, nullptr);
+}
+
+void add_decode(py::module_& module) {
+  module.def("decode", &decode, py::arg("data"), py::arg("quantized"), py::arg("out"));
+  module.def("decode_many", &decode_many, py::arg("data"), py::arg("quantized"), py::arg("threads"));
+  module.def("decode_primitive", &decode_primitive, py::arg("data"), py::arg("attributes"), py::arg("is_stock"),
+             py::arg("point_count"), py::arg("index_count"), py::arg("threads"), py::arg("out"));
+  module.def("release_scratch", &release_scratch, py::call_guard<py::gil_scoped_release>());
+}
+
+}  // namespace psplit::python

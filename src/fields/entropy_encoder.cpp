@@ -1,0 +1,233 @@
+#include "src/fields/entropy_encoder.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "src/container/bit_string.h"
+
+namespace psplit {
+namespace {
+
+// A symbol that occurs. Tables of them are in the order of symbols.
+struct Entry {
+  uint32_t symbol = 0;
+  uint32_t frequency = 0;
+  uint32_t prob = 0;   // as a part of 1 << precision
+  uint32_t first = 0;  // the sum of the probabilities of all lower symbols
+};
+
+std::vector<Entry> count_symbols(std::span<const uint32_t> symbols, uint32_t max_symbol) {
+  std::vector<Entry> entries;
+  if (max_symbol < 8 * symbols.size() + 256) {
+    std::vector<uint32_t> frequencies(size_t{max_symbol} + 1);
+    for (const uint32_t symbol : symbols) ++frequencies[symbol];
+    for (uint32_t symbol = 0; symbol <= max_symbol; ++symbol)
+      if (frequencies[symbol] > 0) entries.push_back({symbol, frequencies[symbol]});
+  } else {
+    std::vector<uint32_t> sorted(symbols.begin(), symbols.end());
+    std::sort(sorted.begin(), sorted.end());
+    for (const uint32_t symbol : sorted) {
+      if (entries.empty() || entries.back().symbol != symbol) entries.push_back({symbol});
+      ++entries.back().frequency;
+    }
+  }
+  return entries;
+}
+
+// libdraco's estimates decide between the codings. Terms, types and their order are libdraco's, so that sums
+// round alike. log2 is the C library's in both; another library may round the last bit differently.
+int64_t entropy_bits(const std::vector<Entry>& entries, size_t symbol_count) {
+  double bits = 0;
+  const auto count = static_cast<double>(symbol_count);
+  for (const Entry& entry : entries) {
+    const auto frequency = static_cast<double>(entry.frequency);
+    bits += frequency * std::log2(frequency / count);
+  }
+  return static_cast<int64_t>(-bits);
+}
+int64_t table_bits(int64_t max_symbol, int64_t unique_count) {
+  return 8 * unique_count + 8 * (unique_count + (max_symbol - unique_count) / 64);
+}
+
+// Scales frequencies to probabilities that add up to 1 << precision.
+void normalize(std::vector<Entry>& entries, size_t symbol_count, uint32_t precision) {
+  const int64_t total = int64_t{1} << precision;
+  const auto total_d = static_cast<double>(total);
+  int64_t sum = 0;
+  for (Entry& entry : entries) {
+    const double part = static_cast<double>(entry.frequency) / static_cast<double>(symbol_count);
+    entry.prob = std::max(1u, static_cast<uint32_t>(part * total_d + 0.5));
+    sum += entry.prob;
+  }
+  if (sum != total) {
+    std::vector<uint32_t> order(entries.size());  // by probability
+    for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](uint32_t a, uint32_t b) { return entries[a].prob < entries[b].prob; });
+    if (sum < total) entries[order.back()].prob += static_cast<uint32_t>(total - sum);
+    // libdraco never changes the first of its sorted symbols. It also sorts symbols that do not occur.
+    const bool all_occur = entries.size() == size_t{entries.back().symbol} + 1;
+    // The loop ends: all precisions have more than twice as many places as there are symbols.
+    while (sum > total) {
+      const double scale = total_d / static_cast<double>(sum);
+      for (size_t j = order.size(); j-- > (all_occur ? 1u : 0u) && sum > total;) {
+        uint32_t& prob = entries[order[j]].prob;
+        if (prob <= 1) break;
+        const auto scaled = static_cast<uint32_t>(std::floor(scale * static_cast<double>(prob)));
+        const int64_t most = std::min(sum - total, int64_t{prob} - 1);
+        const int64_t less = std::min(std::max(int64_t{prob} - scaled, int64_t{1}), most);
+        prob -= static_cast<uint32_t>(less);
+        sum -= less;
+      }
+    }
+  }
+  uint32_t first = 0;
+  for (Entry& entry : entries) {
+    entry.first = first;
+    first += entry.prob;
+  }
+}
+
+void write_table(const std::vector<Entry>& entries, std::vector<uint8_t>& out) {
+  append_varint(uint64_t{entries.back().symbol} + 1, out);
+  uint32_t next = 0;
+  for (const Entry& entry : entries) {
+    while (next < entry.symbol) {  // a byte for up to 64 symbols that do not occur
+      const uint32_t run = std::min(64u, entry.symbol - next);
+      out.push_back(static_cast<uint8_t>((run - 1) << 2 | 3));
+      next += run;
+    }
+    const uint32_t extra_bytes = entry.prob < 1u << 6 ? 0 : entry.prob < 1u << 14 ? 1 : 2;
+    out.push_back(static_cast<uint8_t>(entry.prob << 2 | extra_bytes));
+    for (uint32_t i = 0; i < extra_bytes; ++i) out.push_back(static_cast<uint8_t>(entry.prob >> (8 * i + 6)));
+    ++next;
+  }
+}
+
+// Writes the state behind the bytes of a block: the top two bits of the last byte say how many bytes it takes.
+void write_state(uint32_t state, std::vector<uint8_t>& block) {
+  const uint32_t bytes = state < 1u << 6 ? 1 : state < 1u << 14 ? 2 : state < 1u << 22 ? 3 : 4;
+  state |= (bytes - 1) << (8 * bytes - 2);
+  for (uint32_t i = 0; i < bytes; ++i) block.push_back(static_cast<uint8_t>(state >> 8 * i));
+}
+
+// Writes the table of the symbols and a block of rANS, which codes the last symbol first. Returns the bytes of
+// the table.
+size_t write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, uint32_t symbol_bits,
+                  std::vector<uint8_t>& out) {
+  const uint32_t precision = std::clamp(3 * symbol_bits / 2, 12u, 20u);
+  normalize(entries, symbols.size(), precision);
+  const size_t before = out.size();
+  write_table(entries, out);
+  const size_t table_bytes = out.size() - before;
+  std::vector<uint32_t> entry_of(size_t{entries.back().symbol} + 1);
+  for (uint32_t i = 0; i < entries.size(); ++i) entry_of[entries[i].symbol] = i;
+  const uint32_t base = 4u << precision;
+  uint32_t state = base;
+  std::vector<uint8_t> block;
+  block.reserve(symbols.size());
+  for (size_t i = symbols.size(); i-- > 0;) {
+    const Entry& entry = entries[entry_of[symbols[i]]];
+    for (; state >= entry.prob << 10; state >>= 8) block.push_back(static_cast<uint8_t>(state));
+    state = (state / entry.prob << precision) + state % entry.prob + entry.first;
+  }
+  write_state(state - base, block);
+  append_block(block, out);
+  return table_bytes;
+}
+
+constexpr uint32_t kMostRawBits = 18;
+
+// The byte that libdraco stores before the table of the raw coding. The precision of probabilities follows from
+// it.
+uint32_t symbol_bits_at(uint32_t unique_count, uint32_t max_symbol, int level) {
+  if (level == kLevelBeforeLevels) return static_cast<uint32_t>(std::bit_width(std::max(max_symbol, 1u)));
+  const int change = level < 4 ? -2 : level < 6 ? -1 : level < 8 ? 0 : level < 10 ? 1 : 2;
+  const int bits = static_cast<int>(std::bit_width(unique_count)) + change;
+  return static_cast<uint32_t>(std::clamp(bits, 1, static_cast<int>(kMostRawBits)));
+}
+
+}  // namespace
+
+void append_block(std::span<const uint8_t> block, std::vector<uint8_t>& out) {
+  append_varint(block.size(), out);
+  out.insert(out.end(), block.begin(), block.end());
+}
+
+void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
+  size_t zeros = 0;
+  for (const uint8_t flag : flags) zeros += flag == 0;
+  const auto total = static_cast<double>(std::max<size_t>(flags.size(), 1));
+  const double part = static_cast<double>(zeros) / total;
+  const uint32_t zero = std::clamp(static_cast<uint32_t>(part * 256.0 + 0.5), 1u, 255u), one = 256 - zero;
+  constexpr uint32_t kBase = 4096;
+  uint32_t state = kBase;
+  std::vector<uint8_t> block;
+  for (size_t i = flags.size(); i-- > 0;) {
+    const bool flag = flags[i] != 0;
+    const uint32_t prob = flag ? one : zero;
+    if (state >= prob << 12) {
+      block.push_back(static_cast<uint8_t>(state));
+      state >>= 8;
+    }
+    state = (state / prob << 8) + state % prob + (flag ? 0 : one);
+  }
+  write_state(state - kBase, block);
+  out.push_back(static_cast<uint8_t>(zero));
+  append_block(block, out);
+}
+
+size_t encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+                      std::vector<uint8_t>& out) {
+  if (symbols.empty()) return 0;
+  std::vector<uint32_t> tags(symbols.size() / components);  // the bits of the largest value of each group
+  uint32_t max_symbol = 0;
+  int64_t value_bits = 0;
+  for (size_t group = 0; group < tags.size(); ++group) {
+    uint32_t largest = 0;
+    for (const uint32_t symbol : symbols.subspan(group * components, components))
+      largest = std::max(largest, symbol);
+    tags[group] = static_cast<uint32_t>(std::bit_width(std::max(largest, 1u)));
+    max_symbol = std::max(max_symbol, largest);
+    value_bits += int64_t{tags[group]} * components;
+  }
+  constexpr uint32_t kMaxTag = 32, kTagBits = 5;
+  std::vector<Entry> tag_entries = count_symbols(tags, kMaxTag);
+  const auto tag_count = static_cast<int64_t>(tag_entries.size());
+  const int64_t tagged_bits =
+      entropy_bits(tag_entries, tags.size()) + table_bits(tag_count, tag_count) + value_bits;
+  bool is_tagged = max_symbol >> kMostRawBits != 0;
+  std::vector<Entry> entries;
+  if (!is_tagged) {
+    entries = count_symbols(symbols, max_symbol);
+    is_tagged = entries.size() >> kMostRawBits != 0 ||
+                tagged_bits < entropy_bits(entries, symbols.size()) +
+                                  table_bits(max_symbol, static_cast<int64_t>(entries.size()));
+  }
+  out.push_back(is_tagged ? 0 : 1);
+  if (!is_tagged) {
+    const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), max_symbol, level);
+    out.push_back(static_cast<uint8_t>(symbol_bits));
+    return write_rans(symbols, entries, symbol_bits, out);
+  }
+  const size_t table_bytes = write_rans(tags, tag_entries, kTagBits, out);
+  BitStringWriter values;
+  for (size_t group = 0; group < tags.size(); ++group)
+    for (const uint32_t symbol : symbols.subspan(group * components, components))
+      values.bits(symbol, tags[group]);
+  const std::vector<uint8_t> bytes = values.take();
+  out.insert(out.end(), bytes.begin(), bytes.end());
+  return table_bytes;
+}
+
+uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits) {
+  uint32_t max_symbol = 0, levels = 0;
+  for (const uint32_t symbol : symbols) max_symbol = std::max(max_symbol, symbol);
+  const auto unique_count = static_cast<uint32_t>(count_symbols(symbols, max_symbol).size());
+  for (int level = 0; level <= kLevelBeforeLevels; ++level)
+    if (symbol_bits_at(unique_count, max_symbol, level) == symbol_bits) levels |= 1u << level;
+  return levels;
+}
+
+}  // namespace psplit
