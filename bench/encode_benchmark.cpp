@@ -70,7 +70,7 @@ void encode_one_stream(benchmark::State& state, bool all_attributes, int speed) 
 void encode_patches(benchmark::State& state, bool all_attributes, int speed, int thread_count) {
   const Input& given = input(all_attributes);
   const ThreadPool pool(thread_count);
-  EncodeOptions options;
+  StreamOptions options;
   options.encode_speed = speed;
   options.patch_count = static_cast<uint32_t>(given.mesh.faces.size() / 4800);
   for (auto _ : state) {

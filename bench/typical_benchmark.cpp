@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "encoder/encode.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "mesh_files/read_asset.h"
 #include "src/container/patch_container.h"
@@ -22,7 +22,7 @@ namespace psplit {
 namespace {
 
 struct Encoded {
-  std::vector<StockStream> streams;
+  std::vector<EncodedMesh> streams;
   std::vector<MeshoptMesh> meshopt;
   uint64_t faces = 0, points = 0, most_faces = 0, bytes = 0, meshopt_bytes = 0;
 };
@@ -30,21 +30,23 @@ struct Encoded {
 Expected<Encoded> encode(const char* path, int speed, const ThreadPool& pool) {
   const Expected<Asset> asset = read_asset(path, describe_draco_stream);
   if (!asset) return asset.status();
-  const EncodeDocumentOptions options;
-  const Expected<EncodeJobs> jobs = read_jobs(asset->document, options, cpu_backend(), pool);
+  EncodeDocumentOptions options;
+  options.encode_speed = speed;
+  options.storage = Storage::kOneStream;
+  const Expected<PlannedJobs> jobs = read_and_plan(asset->document, options, cpu_backend(), pool);
   if (!jobs) return jobs.status();
   Encoded out;
   for (const EncodeJob& job : jobs->jobs) {
-    const Mesh mesh = reduce_job(job, pool).mesh;
+    const Mesh mesh = reduce(job.source, options, pool).mesh;
     if (mesh.faces.empty()) continue;
-    Expected<StockStream> stream = encode_stock_stream(mesh, job.codings, speed);
+    Expected<EncodedMesh> stream = psplit::encode(job.source, options, pool);
     if (!stream) return stream.status();
-    Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, job.codings);
+    Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, job.source.codings);
     if (!meshopt) return meshopt.status();
     out.faces += mesh.faces.size();
-    out.points += stream->decoded.point_count;
+    out.points += stream->pieces[0].point_count;
     out.most_faces = std::max<uint64_t>(out.most_faces, mesh.faces.size());
-    out.bytes += stream->bytes.size();
+    out.bytes += stream->pieces[0].bytes.size();
     out.meshopt_bytes += meshopt->compressed.size();
     out.streams.push_back(std::move(*stream));
     out.meshopt.push_back(std::move(*meshopt));
@@ -54,7 +56,7 @@ Expected<Encoded> encode(const char* path, int speed, const ThreadPool& pool) {
 
 Status decode(const Encoded& asset, const DecodeBackend& backend, const ThreadPool& pool) {
   std::vector<PatchContainer> opened;
-  for (const StockStream& stream : asset.streams) opened.push_back(open_stream(stream.bytes));
+  for (const EncodedMesh& stream : asset.streams) opened.push_back(open_stream(stream.pieces[0].bytes));
   std::vector<DecodeTask> tasks;
   for (size_t i = 0; i < opened.size(); ++i) tasks.push_back({&opened[i], asset.streams[i].requests});
   for (const Expected<Mesh>& mesh : backend.decode(tasks, pool))
@@ -71,8 +73,8 @@ Status decode_rival(const Encoded& asset) {
 // The stages of each stream alone.
 Status decode_stages(const Encoded& asset, StageTimes& least) {
   StageTimes times;
-  for (const StockStream& stream : asset.streams) {
-    StagedInput input(open_stream(stream.bytes), stream.requests);
+  for (const EncodedMesh& stream : asset.streams) {
+    StagedInput input(open_stream(stream.pieces[0].bytes), stream.requests);
     if (Status status = decode_with_core(input, /*in_step=*/false, times); !status.ok()) return status;
   }
   for (double StageTimes::*stage : {&StageTimes::connectivity_ms, &StageTimes::seams_ms, &StageTimes::chains_ms,

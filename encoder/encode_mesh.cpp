@@ -5,22 +5,20 @@
 #include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense.h"
 #include "encoder/encode_parts.h"
+#include "encoder/encode_patch.h"
 #include "encoder/encode_streams.h"
+#include "encoder/spill.h"
+#include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
+#include "encoder/welding/weld.h"
 #include "src/container/patch_container.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
 
-Expected<std::vector<uint8_t>> read_all(StoredBytes& bytes) {
-  std::vector<uint8_t> read(static_cast<size_t>(bytes.size()));
-  if (Status status = bytes.read(0, read); !status.ok()) return status;
-  return read;
-}
-
 Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCoding> codings,
-                                     const EncodeOptions& options, const ThreadPool& pool,
+                                     const StreamOptions& options, const ThreadPool& pool,
                                      Span<const std::byte> extra_point_data, size_t extra_stride) {
   if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
   if (input.faces.empty()) return invalid_input("the mesh has no triangles");
@@ -42,66 +40,81 @@ Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCodi
   if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
   if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
     return Status(StatusCode::kUsage, "a partition of another number of faces");
-  Expected<EncodedParts> parts = encode_whole(mesh, codings, options, pool);
-  if (!parts) return parts.status();
-
-  EncodedMesh encoded;
-  encoded.requests = std::move(parts->requests);
-  EncodeStatistics& statistics = encoded.statistics = parts->statistics;
+  Expected<EncodedMesh> encoded = encode_whole(mesh, codings, options, pool);
+  if (!encoded) return encoded;
+  EncodeStatistics& statistics = encoded->statistics;
   statistics.merged_points = reduced.merged_points;
   statistics.dropped_faces = reduced.dropped_faces;
   statistics.dropped_points = reduced.dropped_points;
   statistics.encode_ms += reduce_ms;
-  for (PartsContainer& stored : parts->containers) {
-    Expected<std::vector<uint8_t>> bytes = read_all(*stored.bytes);
-    if (!bytes) return bytes.status();
-    if (!is_as_it_was)
-      for (uint32_t& point : stored.source_point) point = reduced.source_point[point];
-    encoded.entries.insert(encoded.entries.end(), stored.entries.begin(), stored.entries.end());
-    if (stored.is_alone) {
-      encoded.lone_streams.push_back(
-          {std::move(*bytes), std::move(stored.decoded), std::move(stored.source_point)});
-      continue;
-    }
-    encoded.container = std::move(*bytes);
-    encoded.head_bytes = stored.head_bytes;
-    encoded.decoded = std::move(stored.decoded);
-    encoded.source_point = std::move(stored.source_point);
-    const Expected<PatchContainer> opened = open_container(encoded.container);
-    if (!opened || opened->entries != encoded.entries)
-      return runtime_failure("verification: " + (opened ? "another directory" : opened.status().to_string()));
-  }
+  if (is_as_it_was) return encoded;
+  for (EncodedPiece& piece : encoded->pieces)
+    for (uint32_t& point : piece.source_point) point = reduced.source_point[point];
   return encoded;
 }
 
 // What the streams take condensed, or as they are if that is less.
 uint64_t condensed_bytes(const EncodedMesh& encoded, const ThreadPool& pool) {
-  const auto fewest = [&](const PatchContainer& opened, uint64_t plain) {
-    const auto condensed = condense_container(opened, plain, /*smallest=*/true, pool);
-    return condensed ? uint64_t{condensed->bytes.size()} : plain;
-  };
-  if (encoded.lone_streams.empty()) {
-    const Expected<PatchContainer> opened = open_container(encoded.container);
-    return opened ? fewest(*opened, encoded.container.size()) : encoded.container.size();
-  }
-  const LoneStream& lone = encoded.lone_streams[0];
-  PatchContainer stream = open_stream(lone.bytes, lone.decoded.point_count);
-  if (!stream.refusal.ok()) return lone.bytes.size();
-  stream.expect_points(lone.decoded.point_count);
-  return fewest(stream, lone.bytes.size());
+  const EncodedPiece& piece = encoded.pieces[0];
+  const uint64_t plain = piece.bytes.size();
+  const Expected<PatchContainer> opened = open_piece(piece);
+  if (!opened) return plain;
+  const auto condensed = condense_container(*opened, plain, /*smallest=*/true, pool);
+  return condensed ? uint64_t{condensed->bytes.size()} : plain;
 }
 
 }  // namespace
 
+Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                      const StreamOptions& options, const ThreadPool& pool) {
+  if (Status invalid = check_mesh(mesh, codings); !invalid.ok()) return invalid;
+  if (mesh.faces.empty()) return invalid_input("the mesh has no triangles");
+  EncodedMesh encoded;
+  const Stopwatch encode_time;
+  const WeldedMesh welded = weld(mesh, pool);
+  PatchMesh whole = whole_mesh(mesh);
+  Expected<std::vector<uint8_t>> bytes = encode_in_order(welded, whole, codings, options);
+  if (!bytes) return bytes.status();
+  encoded.statistics.encode_ms = encode_time.ms();
+  encoded.requests = stream_requests(mesh);
+  const Stopwatch verify_time;
+  Expected<Mesh> decoded = decode_stream(mesh, *bytes);
+  if (!decoded) return decoded.status();
+  Status status = options.verify ? verify_mesh(mesh, codings, *decoded, whole.points, 0, false, pool,
+                                               encoded.statistics.position_error)
+                                 : Status();
+  if (!status.ok()) return status;
+  encoded.statistics.verify_ms = verify_time.ms();
+  EncodedPiece& piece = encoded.pieces.emplace_back();
+  piece.is_container = false;
+  piece.bytes = std::move(*bytes);
+  piece.point_count = piece.used_point_count = decoded->point_count;
+  piece.face_count = static_cast<uint32_t>(decoded->faces.size());
+  piece.entries = {{static_cast<uint32_t>(piece.bytes.size()), piece.face_count, piece.point_count, 0, 0}};
+  piece.decoded = std::move(*decoded);
+  piece.source_point = std::move(whole.points);
+  return encoded;
+}
+
+uint64_t EncodedPiece::size() const { return stored != nullptr ? stored->size() : bytes.size(); }
+
+Expected<PatchContainer> open_piece(const EncodedPiece& piece) {
+  if (piece.is_container) return open_container(piece.bytes);
+  PatchContainer stream = open_stream(piece.bytes, piece.point_count);
+  if (!stream.refusal.ok()) return stream.refusal;
+  stream.expect_points(piece.point_count);
+  return stream;
+}
+
 Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding> codings,
-                                  const EncodeOptions& options, const ThreadPool& pool,
+                                  const StreamOptions& options, const ThreadPool& pool,
                                   Span<const std::byte> extra_point_data, size_t extra_stride) {
-  const auto encode = [&](const EncodeOptions& chosen) {
+  const auto encode = [&](const StreamOptions& chosen) {
     return encode_one_way(input, codings, chosen, pool, extra_point_data, extra_stride);
   };
   if (!options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
     return encode(options);
-  EncodeOptions way = options;
+  StreamOptions way = options;
   way.free_input = {};
   Expected<EncodedMesh> by_bytes = encode(way);
   if (!by_bytes) return by_bytes;
@@ -112,14 +125,14 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   if (!created) return created;
   const Stopwatch condense_time;
   const auto bytes_of = [&](const EncodedMesh& encoded) {
-    return options.condense ? encoded.container.size() : condensed_bytes(encoded, pool);
+    return options.condense ? uint64_t{encoded.pieces[0].bytes.size()} : condensed_bytes(encoded, pool);
   };
   // Stock Draco that becomes a container changes the JSON. If that does not pay, it stays as it is.
   constexpr uint64_t kMostJsonBytes = 256;
-  const bool is_stock = !by_bytes->lone_streams.empty();
+  const bool is_stock = !by_bytes->is_in_container();
   const uint64_t bytes = bytes_of(*created);
-  const bool is_smaller = bytes < bytes_of(*by_bytes) &&
-                          (!is_stock || bytes + kMostJsonBytes < by_bytes->lone_streams[0].bytes.size());
+  const bool is_smaller =
+      bytes < bytes_of(*by_bytes) && (!is_stock || bytes + kMostJsonBytes < by_bytes->pieces[0].bytes.size());
   EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
   const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
                verify_ms = first.verify_ms + second.verify_ms;

@@ -1,18 +1,16 @@
-// Encodes one mesh as one patch container: welds and partitions it, encodes every patch, builds the stitch map,
-// and decodes the result to check it.
+// Encodes one mesh whose codings are chosen: welds and partitions it, encodes every patch, builds the stitch
+// map, and decodes the result to check it. The door (encode.h) calls it.
 #pragma once
 
-#include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "encoder/encode.h"
 #include "encoder/partition/partition.h"
-#include "src/container/decode_backend.h"
-#include "src/container/stream_entry.h"
+#include "encoder/welding/reduce.h"
+#include "src/container/patch_container.h"
 #include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
@@ -26,18 +24,8 @@ namespace psplit {
 // Edgebreaker splits stays several.
 enum class Alone { kNone, kWhole, kAll };
 
-// The order of patches in their container. Decoders that get it byte by byte have the first ones first.
-struct PatchOrder {
-  enum class By : uint8_t {
-    kCut,   // as they were cut: neighbours are near to each other
-    kSize,  // first those with the largest area
-    kNear,  // first those whose nearest point is nearest to `point`
-  };
-  By by = By::kCut;
-  std::array<double, 3> point{};  // in the coordinates of POSITION
-};
-
-struct EncodeOptions {
+// What the door's options say about one mesh whose codings are chosen.
+struct StreamOptions {
   uint32_t patch_count = 1;
   // If not 0, patches that take more bytes than one stream, by more than so many percent, become fewer, or one.
   // Not with patch_of_face, nor with encode_parts.
@@ -45,14 +33,9 @@ struct EncodeOptions {
   // The container is to be condensed: its patches will share their tables, so that these do not count.
   bool shares_tables = false;
   PatchOrder order{};
-  // Store the box of each patch: 6 bytes each, and 28 of a mesh. A viewer chooses by them what it shows first.
   bool boxes = false;
-  int encode_speed = 5;  // 0 (fewest bytes for most meshes) to 10 (fastest), libdraco's scale for its speeds
-  bool by_libdraco = false;  // libdraco encodes the patches, for reference: to the same bytes, in more time
-  // Each stream gets the fewest bytes that one of Draco's predictions gives it, in place of what encode_speed
-  // chooses: they are tried for each attribute of each patch. Encoding takes longer. Decoding should, too,
-  // where predictions are those of speed 0. Any Draco decoder reads the streams. libdraco cannot choose so: no
-  // effect with by_libdraco.
+  int encode_speed = 5;
+  bool by_libdraco = false;
   bool choose_by_bytes = false;
   // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
   // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
@@ -75,47 +58,17 @@ struct EncodeOptions {
   Span<const uint32_t> patch_of_face{};
   // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
   std::function<void(size_t)> patch_encoded{};
+  const std::atomic<bool>* stop = nullptr;  // encoding ends when it becomes true; may be null
+
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
   // May free the faces and the values of the input, and nothing else of it. encode_mesh calls it at most once,
   // when it has a copy of what it needs of them: not if nothing is merged or dropped, or if it fails before.
   // encode_parts does not call it.
   std::function<void()> free_input{};
 };
 
-struct EncodeStatistics {
-  uint32_t patch_count = 0;    // without the residue
-  uint64_t merged_points = 0;  // duplicates that were merged
-  uint64_t dropped_faces = 0;
-  uint64_t dropped_points = 0;
-  uint64_t residue_faces = 0;   // faces that repeat an index, which Edgebreaker cannot encode
-  uint64_t residue_points = 0;  // points that no other stream has
-  // The largest distance between a position of the input and its decoded position. Nothing if it was not
-  // verified.
-  std::optional<double> position_error;
-  double partition_ms = 0;
-  double encode_ms = 0;  // all of encode_mesh except decoding and verifying the whole
-  double verify_ms = 0;
-};
-
-// A stream without a container around it.
-struct LoneStream {
-  std::vector<uint8_t> bytes;
-  Mesh decoded;
-  std::vector<uint32_t> source_point;  // as in EncodedMesh
-};
-
-struct EncodedMesh {
-  std::vector<uint8_t> container;  // empty if the streams are alone
-  // How to request each attribute of the input from a decoder, in the input's order.
-  std::vector<AttributeRequest> requests;
-  // For each point of the decoded mesh, the input point that it came from. Morph targets and other arrays per
-  // point are reordered accordingly.
-  std::vector<uint32_t> source_point;
-  Mesh decoded;                          // the decoded container
-  std::vector<LoneStream> lone_streams;  // instead of the container: see EncodeOptions::alone
-  std::vector<StreamEntry> entries;      // the directory's rows; those of lone streams have no stitch map
-  uint32_t head_bytes = 0;               // of the container's head: what condensed streams share
-  EncodeStatistics statistics;
-};
+// What the options say about the streams of a mesh.
+StreamOptions stream_options(const EncodeOptions& options, uint32_t patch_count);
 
 // `codings` has one entry per attribute of the mesh (choose_codings). `extra_point_data`, if not empty, holds
 // point_count * extra_stride bytes. Points that differ in these are not duplicates (morph targets). The result
@@ -124,8 +77,19 @@ struct EncodedMesh {
 // (among others, only degenerate faces that are to be dropped), kRuntimeFailure (verification failed, which is
 // a bug).
 PSPLIT_EXPORT Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                                const EncodeOptions& options, const ThreadPool& pool,
+                                                const StreamOptions& options, const ThreadPool& pool,
                                                 Span<const std::byte> extra_point_data = {},
                                                 size_t extra_stride = 0);
+
+// Encodes the mesh as one sequential stream, which keeps all faces and points, and their order.
+Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                      const StreamOptions& options, const ThreadPool& pool);
+
+// The part of a planned mesh that encode() stores.
+ReducedMesh reduce(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool);
+
+// The patches of a piece in memory, or its lone stream as the only one. The bytes must outlive the result.
+// Errors: those of open_container; the refusal of a stream that has no fields to condense.
+Expected<PatchContainer> open_piece(const EncodedPiece& piece);
 
 }  // namespace psplit

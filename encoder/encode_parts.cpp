@@ -74,6 +74,15 @@ class PieceOfSpill : public StoredBytes {
   const uint64_t begin_, size_;
 };
 
+// Brings the bytes of a piece into memory.
+Status load(EncodedPiece& piece) {
+  if (piece.stored == nullptr) return {};
+  piece.bytes.resize(static_cast<size_t>(piece.stored->size()));
+  Status status = piece.stored->read(0, piece.bytes);
+  piece.stored.reset();
+  return status;
+}
+
 constexpr uint32_t kNoNumber = 0xffffffffu;
 
 // For each point of the part its number among shared points, or kNoNumber.
@@ -153,28 +162,28 @@ void Leftovers::add(const PartView& from, std::span<const uint32_t> number_in_pa
 // The part that is encoded, and the containers that have the parts before it.
 class PartsEncoder {
  public:
-  // `is_whole`: there is one part, which is the whole mesh.
-  PartsEncoder(bool is_whole, uint32_t shared_count, std::span<const AttributeCoding> codings,
-               const PartsOptions& options, const MakeSpill& make_spill, const ThreadPool& pool)
-      : is_whole_(is_whole),
-        codings_(codings),
+  PartsEncoder(uint32_t shared_count, std::span<const AttributeCoding> codings, const PartsOptions& options,
+               const MakeSpill& make_spill, const ThreadPool& pool)
+      : codings_(codings),
         options_(options),
         make_spill_(make_spill),
         pool_(pool),
         shared_owners_(shared_count) {}
 
-  Status encode(const PartView& part);
+  // `is_only`: no part came before, and none follows.
+  Status encode(const PartView& part, bool is_only);
   Status finish_container();
   uint64_t bytes() const { return bytes_; }  // of all streams and stitch maps
-  EncodedParts take() { return std::move(encoded_); }
+  EncodedMesh take() { return std::move(encoded_); }
 
  private:
   // Points and faces that a container must have room for, beside those that are appended.
   using Room = StreamEntry;
 
   uint32_t stream_count() const {
-    return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.containers.size());
+    return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.pieces.size());
   }
+  uint32_t patch_count_of(const Mesh& mesh) const;
   Expected<Streams> encode_streams_of(const Mesh& mesh);
   Status append_alone(const PartView& part, Streams& streams);
   Status encode_patches(const PartView& part, const Room& room);
@@ -188,12 +197,12 @@ class PartsEncoder {
   Expected<bool> append_if_there_is_room(const PartView& part, const Streams& streams,
                                          std::vector<PointOwner> owners, const Room& room);
   Status begin_container();
+  Status spill(EncodedPiece& piece) const;
   Status check_written(const PartView& part);
   Status rename_points(Mesh& decoded);
   Status verify(const PartView& part, const Mesh& decoded);
   void add_boxes(const PartView& part, const Mesh& decoded);
 
-  const bool is_whole_;
   const std::span<const AttributeCoding> codings_;
   const PartsOptions& options_;
   const MakeSpill& make_spill_;
@@ -214,16 +223,20 @@ class PartsEncoder {
   uint32_t first_stream_ = 0;           // of the part
   Mesh decoded_;                        // the whole mesh
   uint64_t bytes_ = 0;
-  EncodedParts encoded_;
+  EncodedMesh encoded_;
 };
+
+// What faces ask for. A mesh that is kept has a number of its own.
+uint32_t PartsEncoder::patch_count_of(const Mesh& mesh) const {
+  if (options_.keeps_meshes) return options_.streams.patch_count;
+  const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
+  return static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
+}
 
 Expected<Streams> PartsEncoder::encode_streams_of(const Mesh& mesh) {
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
-  const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
-  const auto patch_count = static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
   Expected<Streams> streams =
-      is_whole_ ? encode_within_limit(mesh, codings_, options_.streams, pool_, encoded_.statistics)
-                : encode_streams(mesh, codings_, options_.streams, patch_count, pool_, encoded_.statistics);
+      encode_within_limit(mesh, codings_, options_.streams, patch_count_of(mesh), pool_, encoded_.statistics);
   const Status status = streams.status();
   const int64_t patch = status.place().patch;
   if (patch >= 0) return Status(status.code(), status.message(), {.patch = stream_count() + patch});
@@ -247,43 +260,52 @@ Status PartsEncoder::finish_container() {
   if (!container_) return {};
   if (Status status = container_->check_size(encoded_.requests); !status.ok())
     return runtime_failure("verification: " + status.to_string());
-  PartsContainer finished;
+  EncodedPiece finished;
   finished.entries.assign(container_->entries().begin(), container_->entries().end());
   finished.point_count = container_->point_count();
   finished.used_point_count = finished.point_count - unused_count_;
   finished.face_count = container_->face_count();
-  if (options_.streams.condense && !is_whole_)
+  if (options_.streams.condense && !options_.keeps_meshes)
     if (Status status = condense(); !status.ok()) return status;
   const std::vector<uint8_t> boxes = write_boxes(boxes_);
   std::vector<uint8_t> boxes_in_head;
   if (!boxes.empty()) append_head_section(HeadSection::kBoxes, boxes, boxes_in_head);
   finished.head_bytes = static_cast<uint32_t>(boxes_in_head.size());
   if (condensed_) {
-    Expected<std::unique_ptr<Spill>> spill = make_spill_();
-    if (!spill) return spill.status();
     if (!boxes.empty()) {
       const Expected<PatchContainer> opened = open_container(condensed_->bytes);
       if (!opened) return opened.status();
       condensed_->bytes = with_head_section(*opened, HeadSection::kBoxes, boxes);
     }
-    if (Status status = (*spill)->append(condensed_->bytes); !status.ok()) return status;
-    finished.bytes = std::move(*spill);
+    finished.bytes = std::move(condensed_->bytes);
     finished.entries = std::move(condensed_->entries);
     finished.head_bytes += condensed_->head_bytes;
   } else {
-    finished.bytes = container_->finish(boxes_in_head);
+    finished.stored = container_->finish(boxes_in_head);
   }
+  if (Status status = options_.keeps_meshes ? load(finished) : spill(finished); !status.ok()) return status;
   container_.reset();
   condensed_.reset();
-  if (is_whole_) {
+  if (options_.keeps_meshes) {
     finished.decoded = std::move(decoded_);
     finished.source_point = std::move(source_point_);
   } else {
     for (ValueBounds& bounds : bounds_) bounds.finish();
     finished.bounds = std::move(bounds_);
   }
-  encoded_.containers.push_back(std::move(finished));
+  encoded_.pieces.push_back(std::move(finished));
   return {};
+}
+
+// Brings the bytes of a piece out of memory.
+Status PartsEncoder::spill(EncodedPiece& piece) const {
+  if (piece.stored != nullptr) return {};
+  Expected<std::unique_ptr<Spill>> spill = make_spill_();
+  if (!spill) return spill.status();
+  Status status = (*spill)->append(piece.bytes);
+  piece.stored = std::move(*spill);
+  piece.bytes = std::vector<uint8_t>();
+  return status;
 }
 
 // Condenses the current container if that makes it smaller.
@@ -294,8 +316,8 @@ Status PartsEncoder::condense() {
   const PatchContainer& plain = opened->container;
   condensed_ = condense_container(plain, container_->size(), options_.streams.condense_smallest, pool_);
   encoded_.statistics.encode_ms += encode_time.ms();
-  // check_written verifies a whole mesh. Parts are verified, and not in memory any more.
-  if (!condensed_ || is_whole_ || !options_.streams.verify) return {};
+  // check_written verifies a mesh that is kept. Parts are verified, and not in memory any more.
+  if (!condensed_ || options_.keeps_meshes || !options_.streams.verify) return {};
   const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
   const Expected<Mesh> decoded = cpu_backend().decode(plain, encoded_.requests, pool_);
   if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
@@ -436,25 +458,25 @@ Status PartsEncoder::check_written(const PartView& part) {
     if (status.code() == StatusCode::kIo) return status;
     return runtime_failure("verification: " + status.message(), status.place());
   }
-  for (size_t i = 0; i < bounds_.size() && !is_whole_; ++i)
+  for (size_t i = 0; i < bounds_.size() && !options_.keeps_meshes; ++i)
     extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
   if (options_.streams.verify || options_.streams.boxes)
     if (Status status = rename_points(*decoded); !status.ok()) return status;
   if (options_.streams.boxes) add_boxes(part, *decoded);
   Status status = options_.streams.verify ? verify(part, *decoded) : Status();
-  if (is_whole_) decoded_ = std::move(*decoded);
+  if (options_.keeps_meshes) decoded_ = std::move(*decoded);
   return status;
 }
 
 // A part without leftovers, or a whole mesh.
 Status PartsEncoder::encode_patches(const PartView& part, const Room& room) {
-  const EncodeOptions& options = options_.streams;
+  const StreamOptions& options = options_.streams;
   Expected<Streams> streams = encode_streams_of(part.mesh);
   if (!streams) return streams.status();
   if (streams->are_alone(options.alone)) return append_alone(part, *streams);
   if (Status status = append(part, *streams, room); !status.ok()) return status;
   *streams = Streams();
-  if (is_whole_ && options.condense)
+  if (options_.keeps_meshes && options.condense)
     if (Status status = condense(); !status.ok()) return status;
   return check_written(part);
 }
@@ -531,27 +553,28 @@ Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
         std::exchange(shared_owners_[part.shared_numbers[i]].stream, 0u) == PointOwner::kNone ? 0 : 1;
   const Expected<std::vector<StreamEntry>> entries = make_lone_entries(streams, std::move(is_known));
   if (!entries) return entries.status();
-  if (!lone_) {
+  if (!lone_ && !options_.keeps_meshes) {
     Expected<std::unique_ptr<Spill>> made = make_spill_();
     if (!made) return made.status();
     lone_ = std::move(*made);
   }
   for (size_t i = 0; i < entries->size(); ++i) {
     Mesh& decoded = streams.decoded[i];
-    const std::vector<uint8_t>& bytes = streams.bytes[i];
-    PartsContainer& alone = encoded_.containers.emplace_back();
-    alone.is_alone = true;
-    alone.bytes = std::make_unique<PieceOfSpill>(lone_, lone_->size(), bytes.size());
+    std::vector<uint8_t>& bytes = streams.bytes[i];
+    EncodedPiece& alone = encoded_.pieces.emplace_back();
+    alone.is_container = false;
     alone.entries = {(*entries)[i]};
     alone.point_count = alone.used_point_count = decoded.point_count;
     alone.face_count = static_cast<uint32_t>(decoded.faces.size());
-    if (Status status = lone_->append(bytes); !status.ok()) return status;
     bytes_ += bytes.size();
-    if (is_whole_) {
+    if (options_.keeps_meshes) {
+      alone.bytes = std::move(bytes);
       alone.decoded = std::move(decoded);
       alone.source_point = std::move(streams.owned[i].points);
       continue;
     }
+    alone.stored = std::make_shared<PieceOfSpill>(lone_, lone_->size(), bytes.size());
+    if (Status status = lone_->append(bytes); !status.ok()) return status;
     alone.bounds.resize(codings_.size());
     for (size_t k = 0; k < codings_.size(); ++k) {
       extend(decoded.attributes[k], decoded.point_count, alone.bounds[k]);
@@ -561,7 +584,7 @@ Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
   return {};
 }
 
-Status PartsEncoder::encode(const PartView& part) {
+Status PartsEncoder::encode(const PartView& part, bool is_only) {
   if (Status status = check_mesh(part.mesh, codings_); !status.ok()) return status;
   const auto shared_count = static_cast<uint32_t>(shared_owners_.size());
   if (Status status = check_shared_points(part, shared_count); !status.ok()) return status;
@@ -569,7 +592,7 @@ Status PartsEncoder::encode(const PartView& part) {
   if (!same_attributes(encoded_.requests, part.mesh))
     return invalid_input("its attributes are not those of part 0");
   // A residue is the last stream. So other parts may follow only if patches hold all of this one.
-  const bool is_last = is_whole_ || options_.streams.alone == Alone::kAll;
+  const bool is_last = is_only || options_.streams.alone == Alone::kAll;
   Status status = is_last || is_regular(part.mesh) ? encode_patches(part, {}) : encode_with_leftovers(part);
   return status.ok() && is_full() ? finish_container() : std::move(status);
 }
@@ -580,18 +603,18 @@ Status in_part(uint32_t part, const Status& status) {
 
 }  // namespace
 
-Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
-                                    const PartsOptions& options, const MakeSpill& make_spill,
-                                    const ThreadPool& pool) {
+Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
+                                   const PartsOptions& options, const MakeSpill& make_spill,
+                                   const ThreadPool& pool) {
   if (parts.part_count() == 0) return invalid_input("the mesh has no triangles");
   PartsOptions of_parts = options;
   if (of_parts.streams.alone == Alone::kWhole) of_parts.streams.alone = Alone::kNone;
   of_parts.streams.patch_of_face = {};
-  PartsEncoder encoder(false, parts.shared_count(), codings, of_parts, make_spill, pool);
+  PartsEncoder encoder(parts.shared_count(), codings, of_parts, make_spill, pool);
   for (uint32_t i = 0; i < parts.part_count(); ++i) {
     const Expected<MeshPart> part = parts.read(i);
     if (!part) return in_part(i, part.status());
-    if (Status status = encoder.encode(*part); !status.ok()) return in_part(i, status);
+    if (Status status = encoder.encode(*part, false); !status.ok()) return in_part(i, status);
     if (options.part_written)
       if (Status status = options.part_written(encoder.bytes()); !status.ok()) return status;
   }
@@ -599,12 +622,13 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding
   return encoder.take();
 }
 
-Expected<EncodedParts> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                    const EncodeOptions& options, const ThreadPool& pool) {
-  const PartsOptions as_parts{.streams = options};
+Expected<EncodedMesh> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                   const StreamOptions& options, const ThreadPool& pool) {
+  PartsOptions as_parts{.streams = options};
+  as_parts.keeps_meshes = true;
   const MakeSpill make_spill = make_memory_spill;
-  PartsEncoder encoder(true, 0, codings, as_parts, make_spill, pool);
-  Status status = encoder.encode(PartView(mesh));
+  PartsEncoder encoder(0, codings, as_parts, make_spill, pool);
+  Status status = encoder.encode(PartView(mesh), true);
   if (status.ok()) status = encoder.finish_container();
   if (!status.ok()) return status;
   return encoder.take();

@@ -41,7 +41,7 @@ struct PartsOptions {
   // For the streams of all parts. Parts choose what is merged and dropped themselves. With Alone::kAll there
   // are no containers: each stream is alone. Otherwise none is. Only encode_whole uses patch_count and
   // patch_of_face.
-  EncodeOptions streams{};
+  StreamOptions streams{};
   // The most points of a container. The part that would exceed it begins another container.
   uint64_t most_points = 0xfffffffe;
   // Faces that repeat an index, and points that no face uses, are in memory until their container ends: with
@@ -49,32 +49,10 @@ struct PartsOptions {
   uint64_t most_residue_points = 0xfffffffe;
   // A container is in memory while it is condensed: with this many points, it ends.
   uint64_t condensed_points = 0xfffffffe;
+  // Pieces are in memory, with what they decode to, and not in spills, with bounds.
+  bool keeps_meshes = false;
   // Called after each part with the bytes of all streams and stitch maps so far. An error ends the work.
   std::function<Status(uint64_t)> part_written{};
-};
-
-// A container, or a stream that is alone.
-struct PartsContainer {
-  bool is_alone = false;
-  std::unique_ptr<StoredBytes> bytes;  // all of it
-  std::vector<StreamEntry> entries;    // the directory's rows; that of a stream alone has no stitch map
-  uint32_t point_count = 0;
-  uint32_t used_point_count = 0;  // without those that no face uses, which come last
-  uint32_t face_count = 0;
-  uint32_t head_bytes = 0;
-  std::vector<ValueBounds> bounds;  // of the decoded values of each attribute, in the parts' order
-  // Of a mesh in one part (encode_whole), instead of the bounds: what it decodes to, and the part's point for
-  // each of its points.
-  Mesh decoded;
-  std::vector<uint32_t> source_point;
-};
-
-struct EncodedParts {
-  // At least one. Parts are in their order, and no part is in two containers. If parts of two containers share
-  // a point, both have it. Streams that are alone share no points.
-  std::vector<PartsContainer> containers;
-  std::vector<AttributeRequest> requests;  // how to request each attribute, in the parts' order
-  EncodeStatistics statistics;             // of all containers together
 };
 
 // `codings` has one entry per attribute. Each part is decoded from the bytes that were written, for the bounds
@@ -82,13 +60,13 @@ struct EncodedParts {
 // is that of encode_mesh with the same number of patches. Errors: those of encode_mesh, of `parts` and of the
 // spills, with the part in the message and the patch as their place; kUnsupported if a part alone exceeds the
 // limits of a container.
-PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
-                                                  const PartsOptions& options, const MakeSpill& make_spill,
-                                                  const ThreadPool& pool);
+PSPLIT_EXPORT Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
+                                                 const PartsOptions& options, const MakeSpill& make_spill,
+                                                 const ThreadPool& pool);
 
 // The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
 // options.patch_count patches. With Alone::kWhole its only stream is alone.
-Expected<EncodedParts> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                    const EncodeOptions& options, const ThreadPool& pool);
+Expected<EncodedMesh> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                   const StreamOptions& options, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -22,7 +22,7 @@ namespace psplit {
 // Edgebreaker streams.
 inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const PatchMesh& patch,
                                            std::span<const AttributeCoding> codings,
-                                           const EncodeOptions& options, bool with_values) {
+                                           const StreamOptions& options, bool with_values) {
   if (options.by_libdraco) {
     Expected<EncodedPatch> encoded =
         encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
@@ -38,7 +38,7 @@ inline Expected<EncodedPatch> encode_patch(const WeldedMesh& welded, const Patch
 // Sequential streams. Their only prediction is the difference, so bytes have no choice.
 inline Expected<std::vector<uint8_t>> encode_in_order(const WeldedMesh& welded, const PatchMesh& patch,
                                                       std::span<const AttributeCoding> codings,
-                                                      const EncodeOptions& options) {
+                                                      const StreamOptions& options) {
   if (options.by_libdraco) return encode_sequential(welded, patch, codings, options.encode_speed);
   return write_sequential_stream({welded, codings, patch.points_of_values()}, patch.faces,
                                  options.encode_speed);

@@ -15,7 +15,7 @@ namespace {
 
 // Encodes all patches. `with_values`: the decoded streams have their attributes.
 Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const AttributeCoding> codings,
-                      const EncodeOptions& options, const ThreadPool& pool, bool with_values,
+                      const StreamOptions& options, const ThreadPool& pool, bool with_values,
                       Streams& streams) {
   const size_t patch_count = cut.patches.size();
   streams.owned.resize(patch_count);
@@ -26,6 +26,10 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   ObjectPool<PatchExtractor> extractors;
   const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(*welded.mesh); };
   pool.for_each(patch_count, [&](size_t i) {
+    if (options.stopped()) {
+      statuses[i] = cancelled();
+      return;
+    }
     const PatchMesh patch =
         ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
     Expected<EncodedPatch> encoded = encode_patch(welded, patch, codings, options, with_values);
@@ -87,7 +91,7 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
     if (attribute.component_type == ComponentType::kUint32)
       return unsupported(attribute.semantic + " holds 32-bit integers");
     if (coding.bits == 0) continue;
-    if (!is_float || coding.bits < (coding.octahedral ? 2 : 1) || coding.bits > 30)
+    if (!is_float || coding.bits < (coding.octahedral ? 2 : 1) || coding.bits > kMostGridBits)
       return invalid_input(attribute.semantic + " cannot be quantized to " + std::to_string(coding.bits) +
                            " bits");
     if (coding.octahedral ? attribute.component_count != 3 : coding.origin.size() != attribute.component_count)
@@ -104,7 +108,7 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
 }
 
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                 const EncodeOptions& options, uint32_t patch_count, const ThreadPool& pool,
+                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool,
                                  EncodeStatistics& statistics) {
   WeldedMesh welded = weld(mesh, pool);
   separate_flat_faces(welded);
@@ -132,7 +136,7 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
 
 Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      const EncodeOptions& options, bool standalone, Streams& streams,
+                      const StreamOptions& options, bool standalone, Streams& streams,
                       EncodeStatistics& statistics) {
   Residue residue = extract_residue(*welded.mesh, residue_faces, is_in_patch, standalone);
   statistics.residue_faces += residue.face_count;

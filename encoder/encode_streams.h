@@ -37,7 +37,7 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings);
 // the residue. Nothing is merged or dropped. Adds to the statistics what it counts. Errors have the number of
 // the patch as their place.
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                 const EncodeOptions& options, uint32_t patch_count, const ThreadPool& pool,
+                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool,
                                  EncodeStatistics& statistics);
 
 // Appends the residue of `mesh`: its faces `residue_faces`, and the points that no face uses. Other streams
@@ -45,7 +45,7 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
 // decoded one its attributes. Nothing is appended if there are no such faces and points.
 Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      const EncodeOptions& options, bool standalone, Streams& streams,
+                      const StreamOptions& options, bool standalone, Streams& streams,
                       EncodeStatistics& statistics);
 
 // The rows of the directory. Errors: kUnsupported.

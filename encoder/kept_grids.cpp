@@ -14,18 +14,17 @@ namespace {
 
 // Whether the encoder can write the grid, whatever a stream states.
 bool is_usable(const Attribute& attribute, const AttributeCoding& grid) {
-  constexpr int kMostBits = 30;
   const bool is_direction = attribute.semantic == "NORMAL" && attribute.component_count == 3;
-  if (grid.octahedral) return is_direction && grid.bits >= 2 && grid.bits <= kMostBits;
-  if (is_direction || grid.bits < 1 || grid.bits > kMostBits || grid.origin.size() != attribute.component_count)
+  if (grid.octahedral) return is_direction && grid.bits >= 2 && grid.bits <= kMostGridBits;
+  if (is_direction || grid.bits < 1 || grid.bits > kMostGridBits ||
+      grid.origin.size() != attribute.component_count)
     return false;
   const float step = grid.range / static_cast<float>((1u << grid.bits) - 1);
   return std::isnormal(step) && std::isnormal(1 / step) && grid_extremes(grid);
 }
 
-bool may_have_grid(const Attribute& attribute, const AttributeCoding& grid, const CodingOptions& options,
-                   const std::set<std::string>& exact) {
-  const int wanted = wanted_bits(attribute, options, exact);
+bool may_have_grid(const Attribute& attribute, const AttributeCoding& grid, const CodingOptions& options) {
+  const int wanted = wanted_bits(attribute, options);
   return wanted > 0 && is_usable(attribute, grid) && (!are_given(attribute, options) || grid.bits == wanted);
 }
 
@@ -61,21 +60,21 @@ struct Group {
 
 }  // namespace
 
-std::vector<std::vector<bool>> keep_grids(std::span<const MeshToCode> meshes, std::span<const KeptMesh> kept,
-                                          const CodingOptions& options, const std::set<std::string>& exact,
+std::vector<std::vector<bool>> keep_grids(std::span<MeshToEncode* const> meshes, std::span<const KeptMesh> kept,
+                                          const EncodeOptions& options,
                                           std::span<const std::vector<CodingBounds>> bounds,
                                           std::span<std::vector<AttributeCoding>> codings,
                                           const ThreadPool& pool) {
   std::vector<std::vector<bool>> is_final(meshes.size());
   const std::vector<std::vector<AttributeCoding>> chosen(codings.begin(), codings.end());
   pool.for_each(meshes.size(), [&](size_t k) {
-    const Mesh& mesh = *meshes[k].mesh;
+    const Mesh& mesh = meshes[k]->mesh;
     is_final[k].resize(mesh.attributes.size(), false);
     std::vector<uint8_t> stored;
-    for (size_t i = 0; i < meshes[k].stated.size(); ++i) {
-      const AttributeCoding& grid = meshes[k].stated[i];
-      if (codings[k][i].exact || !may_have_grid(mesh.attributes[i], grid, options, exact)) continue;
-      if (stored.empty()) stored = meshes[k].stored_points();
+    for (size_t i = 0; i < meshes[k]->stated.size(); ++i) {
+      const AttributeCoding& grid = meshes[k]->stated[i];
+      if (codings[k][i].exact || !may_have_grid(mesh.attributes[i], grid, options)) continue;
+      if (stored.empty()) stored = stored_points(*meshes[k], options);
       if (!grid.octahedral && !holds(grid, bounds[k][i])) continue;
       if (!is_on_grid(mesh.attributes[i], grid, stored)) continue;
       codings[k][i] = grid;
@@ -93,8 +92,8 @@ std::vector<std::vector<bool>> keep_grids(std::span<const MeshToCode> meshes, st
   for (size_t k = 0; k < meshes.size(); ++k)
     for (size_t i = 0; i < codings[k].size(); ++i) {
       const AttributeCoding& coding = codings[k][i];
-      if (meshes[k].mesh->attributes[i].semantic != "POSITION" || coding.bits == 0) continue;
-      Group& group = groups[meshes[k].group];
+      if (meshes[k]->mesh.attributes[i].semantic != "POSITION" || coding.bits == 0) continue;
+      Group& group = groups[meshes[k]->group];
       (is_final[k][i] ? group.kept : group.others).emplace_back(k, i);
       if (is_final[k][i]) group.grids.emplace(order_of(coding), coding);
     }
@@ -105,11 +104,11 @@ std::vector<std::vector<bool>> keep_grids(std::span<const MeshToCode> meshes, st
     if (group.grids.empty() || group.others.empty()) continue;
     AttributeCoding grid = group.grids.begin()->second;
     grid.exact = false;
-    const bool serves_all = group.grids.size() == 1 && std::ranges::all_of(group.others, [&](const auto& at) {
-                              const auto& [k, i] = at;
-                              return holds(grid, bounds[k][i]) &&
-                                     may_have_grid(meshes[k].mesh->attributes[i], grid, options, exact);
-                            });
+    const bool serves_all =
+        group.grids.size() == 1 && std::ranges::all_of(group.others, [&](const auto& at) {
+          const auto& [k, i] = at;
+          return holds(grid, bounds[k][i]) && may_have_grid(meshes[k]->mesh.attributes[i], grid, options);
+        });
     for (const auto& [k, i] : serves_all ? group.others : group.kept) {
       codings[k][i] = serves_all ? grid : chosen[k][i];
       is_final[k][i] = serves_all;

@@ -15,40 +15,39 @@ bool is_shared(const std::string& semantic) {
   return semantic == "POSITION" || semantic.starts_with("WEIGHTS_");
 }
 
-std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const MeshToCode> meshes,
-                                                                const CodingOptions& options,
-                                                                const std::set<std::string>& exact,
+std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<MeshToEncode* const> meshes,
+                                                                const EncodeOptions& options,
                                                                 const ThreadPool& pool,
                                                                 std::span<const KeptMesh> kept) {
   std::vector<std::vector<AttributeCoding>> codings(meshes.size());
   std::vector<std::vector<CodingBounds>> bounds(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
-    Mesh& mesh = *meshes[k].mesh;
+    Mesh& mesh = meshes[k]->mesh;
     for (Attribute& attribute : mesh.attributes)
-      if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
-    const std::vector<uint8_t> stored = meshes[k].stored_points();
+      if (wanted_bits(attribute, options) > 0) trim_noise(attribute);
+    const std::vector<uint8_t> stored = stored_points(*meshes[k], options);
     for (const Attribute& attribute : mesh.attributes) {
-      bounds[k].push_back(wanted_bounds(attribute, options, exact, stored));
-      codings[k].push_back(choose_coding(attribute, bounds[k].back(), options, exact));
+      bounds[k].push_back(wanted_bounds(attribute, options, stored));
+      codings[k].push_back(choose_coding(attribute, bounds[k].back(), options));
     }
   });
-  const auto is_final = keep_grids(meshes, kept, options, exact, bounds, codings, pool);
+  const auto is_final = keep_grids(meshes, kept, options, bounds, codings, pool);
   std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < meshes.size(); ++k)
       for (size_t i = 0; i < codings[k].size(); ++i) {
-        const Attribute& attribute = meshes[k].mesh->attributes[i];
+        const Attribute& attribute = meshes[k]->mesh.attributes[i];
         AttributeCoding& coding = codings[k][i];
         // Values that come back as they are fit to all others.
         if (coding.bits > 0 && !coding.octahedral && !coding.exact && !is_final[k][i] &&
             is_shared(attribute.semantic))
-          act(joined[{meshes[k].group, attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
-              coding);
+          act(joined[{meshes[k]->group, attribute.semantic, attribute.component_count}], bounds[k][i],
+              attribute, coding);
       }
   };
   visit([](CodingBounds& all, const CodingBounds& own, const auto&...) { all.add(own); });
   visit([&](const CodingBounds& all, const CodingBounds&, const Attribute& attribute, AttributeCoding& coding) {
-    AttributeCoding shared = choose_coding(attribute, all, options, exact);
+    AttributeCoding shared = choose_coding(attribute, all, options);
     if (shared.bits > 0) coding = std::move(shared);
   });
   return codings;
@@ -59,47 +58,46 @@ Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<
   return max_error ? position_bits_for_error(coding, *max_error) : position_bits_for_step(coding, step);
 }
 
-Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<double> max_error,
+Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh) {
   std::map<size_t, double> steps;  // the finest that the edges of one of the group's meshes want
   for (size_t k = 0; k < meshes.size() && !max_error; ++k) {
     EdgeSample sample;
-    sample.add(*meshes[k].mesh);
+    sample.add(meshes[k]->mesh);
     const double step = step_for_edges(sample.lengths());
     if (step == 0) continue;
-    const auto [found, is_new] = steps.emplace(meshes[k].group, step);
+    const auto [found, is_new] = steps.emplace(meshes[k]->group, step);
     if (!is_new) found->second = std::min(found->second, step);
   }
   for (mesh = 0; mesh < meshes.size(); ++mesh)
     for (size_t i = 0; i < codings[mesh].size(); ++i) {
       AttributeCoding& coding = codings[mesh][i];
-      if (coding.bits == 0 || coding.exact || meshes[mesh].mesh->attributes[i].semantic != "POSITION") continue;
-      const Expected<int> bits = choose_position_bits(coding, max_error, steps[meshes[mesh].group]);
+      if (coding.bits == 0 || coding.exact || meshes[mesh]->mesh.attributes[i].semantic != "POSITION") continue;
+      const Expected<int> bits = choose_position_bits(coding, max_error, steps[meshes[mesh]->group]);
       if (!bits) return bits.status();
       coding.bits = *bits;
     }
   return {};
 }
 
-std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCode> meshes,
-                                                        const CodingOptions& options,
-                                                        const std::set<std::string>& exact,
+std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* const> meshes,
+                                                        const EncodeOptions& options,
                                                         std::span<std::vector<AttributeCoding>> codings,
                                                         const ThreadPool& pool) {
   std::vector<std::vector<PrecisionFinding>> findings(meshes.size());
   std::vector<std::vector<int>> wanted(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
-    const Mesh& mesh = *meshes[k].mesh;
+    const Mesh& mesh = meshes[k]->mesh;
     std::vector<uint8_t> stored;
     GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
-      if (stored.empty()) stored = meshes[k].stored_points();
+      if (stored.empty()) stored = stored_points(*meshes[k], options);
       visit(mesh, stored);
       return Status();
     }};
     for (const Attribute& attribute : mesh.attributes) {
-      wanted[k].push_back(wanted_bits(attribute, options, exact));
-      const auto scale = meshes[k].texture_scales.find(attribute.semantic);
-      guarded.texture_scales.push_back(scale == meshes[k].texture_scales.end() ? 1 : scale->second);
+      wanted[k].push_back(wanted_bits(attribute, options));
+      const auto scale = meshes[k]->texture_scales.find(attribute.semantic);
+      guarded.texture_scales.push_back(scale == meshes[k]->texture_scales.end() ? 1 : scale->second);
     }
     if (auto found = find_losses(guarded, codings[k], wanted[k])) findings[k] = std::move(*found);
   });
@@ -113,11 +111,11 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCo
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < meshes.size(); ++k)
       for (size_t i = 0; i < findings[k].size(); ++i) {
-        const Attribute& attribute = meshes[k].mesh->attributes[i];
+        const Attribute& attribute = meshes[k]->mesh.attributes[i];
         const bool is_joined =
             is_shared(attribute.semantic) && codings[k][i].bits > 0 && !codings[k][i].octahedral;
         act(k, i, attribute,
-            is_joined ? &shared[{meshes[k].group, attribute.semantic, attribute.component_count}] : nullptr);
+            is_joined ? &shared[{meshes[k]->group, attribute.semantic, attribute.component_count}] : nullptr);
       }
   };
   visit([&](size_t k, size_t i, const Attribute& attribute, SharedGrid* grid) {

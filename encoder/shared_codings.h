@@ -3,49 +3,27 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/precision_guard.h"
+#include "encoder/encode.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
 
 namespace psplit {
 
-struct MeshToCode {
-  Mesh* mesh = nullptr;
-  size_t group = 0;  // meshes of a group get one grid for positions, and one for weights
-  // For each point of the mesh 1 if its values will be stored (stored_points). Called when its noise is
-  // trimmed.
-  std::function<std::vector<uint8_t>()> stored_points{};
-  // By how much textures enlarge coordinates (GuardedMesh), by semantic.
-  std::map<std::string, double> texture_scales{};
-  // The grid of each attribute that the input states; 0 bits for none. Empty if there are none at all. Values
-  // that are on it keep it (kept_grids.h).
-  std::vector<AttributeCoding> stated{};
-};
-
-// A mesh of a group that is left as it is, on the grid of its positions.
-struct KeptMesh {
-  size_t group = 0;
-  AttributeCoding positions{};
-};
-
 // Whether the meshes of a group share the attribute's grid, because borders between them must stay closed.
 bool is_shared(const std::string& semantic);
 
 // The codings of each attribute of each mesh. Values that exceed glTF's limits by rounding noise are set to the
 // limits (trim_noise). Call round_weights afterwards.
-std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const MeshToCode> meshes,
-                                                                const CodingOptions& options,
-                                                                const std::set<std::string>& exact,
+std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<MeshToEncode* const> meshes,
+                                                                const EncodeOptions& options,
                                                                 const ThreadPool& pool,
                                                                 std::span<const KeptMesh> kept = {});
 
@@ -53,14 +31,13 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<const 
 // allow. Errors: those of position_bits.h.
 Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<double> max_error, double step);
 // Sets the bits for all meshes of a group together. `mesh` is the number of the mesh of an error.
-Status choose_position_bits(std::span<const MeshToCode> meshes, std::optional<double> max_error,
+Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh);
 
 // Replaces codings that lose what the meshes tell apart (precision_guard.h), unless their bits are given. A
 // grid that a group shares stays one. Returns notes for each mesh. Call it when the bits are chosen.
-std::vector<std::vector<PrecisionNote>> guard_precision(std::span<const MeshToCode> meshes,
-                                                        const CodingOptions& options,
-                                                        const std::set<std::string>& exact,
+std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* const> meshes,
+                                                        const EncodeOptions& options,
                                                         std::span<std::vector<AttributeCoding>> codings,
                                                         const ThreadPool& pool);
 

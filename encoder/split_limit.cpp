@@ -44,7 +44,7 @@ bool has_rows(const Mesh& mesh) {
 
 // Whether the streams may take more than the limit beyond those of one stream. Of the corpus' meshes this finds
 // all that do. The smallest coding is less even: what one stream takes of it is known only once it is there.
-bool may_exceed(const Mesh& mesh, const Streams& streams, const EncodeOptions& options) {
+bool may_exceed(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
   // A reference of a run takes a tenth of a byte, and one that is named alone about so many.
   constexpr double kReferenceBytes = 1.2;
   if (options.choose_by_bytes) return true;
@@ -64,7 +64,7 @@ bool may_exceed(const Mesh& mesh, const Streams& streams, const EncodeOptions& o
 }
 
 // The bytes of the streams as they are stored, less the tables that will be shared.
-Expected<uint64_t> stored_bytes(const Mesh& mesh, const Streams& streams, const EncodeOptions& options,
+Expected<uint64_t> stored_bytes(const Mesh& mesh, const Streams& streams, const StreamOptions& options,
                                 const ThreadPool& pool) {
   const SplitBytes bytes(streams);
   const uint64_t values = bytes.streams - (options.shares_tables ? bytes.repeated_tables() : 0);
@@ -83,8 +83,8 @@ struct Attempt {
 };
 
 Expected<Attempt> attempt(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                          const EncodeOptions& options, uint32_t patch_count, const ThreadPool& pool) {
-  EncodeOptions quiet = options;
+                          const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool) {
+  StreamOptions quiet = options;
   quiet.patch_encoded = {};  // the faces have been counted
   Attempt result;
   Expected<Streams> streams = encode_streams(mesh, codings, quiet, patch_count, pool, result.statistics);
@@ -106,10 +106,10 @@ void add(const EncodeStatistics& of_streams, double partition_ms, EncodeStatisti
 }  // namespace
 
 Expected<Streams> encode_within_limit(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                      const EncodeOptions& options, const ThreadPool& pool,
-                                      EncodeStatistics& statistics) {
+                                      const StreamOptions& options, uint32_t patch_count,
+                                      const ThreadPool& pool, EncodeStatistics& statistics) {
   EncodeStatistics of_all;
-  Expected<Streams> all = encode_streams(mesh, codings, options, options.patch_count, pool, of_all);
+  Expected<Streams> all = encode_streams(mesh, codings, options, patch_count, pool, of_all);
   if (!all) return all;
   const bool is_limited = options.most_split_percent > 0 && options.patch_of_face.empty();
   if (!is_limited || of_all.patch_count <= 1 || !may_exceed(mesh, *all, options)) {

@@ -12,10 +12,10 @@
 
 namespace psplit {
 
-// encode_streams with options.patch_count patches, or with fewer as options.most_split_percent says. One stream
+// encode_streams with `patch_count` patches, or with fewer as options.most_split_percent says. One stream
 // is encoded, too, only if the patches do not show that they keep the limit.
 Expected<Streams> encode_within_limit(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                      const EncodeOptions& options, const ThreadPool& pool,
-                                      EncodeStatistics& statistics);
+                                      const StreamOptions& options, uint32_t patch_count,
+                                      const ThreadPool& pool, EncodeStatistics& statistics);
 
 }  // namespace psplit

@@ -111,7 +111,8 @@ PSPLIT_API int32_t psplit_pool_threads(const psplit_pool* pool);
 // No call may use the pool any more.
 PSPLIT_API void psplit_pool_free(psplit_pool* pool);
 
-// A flag that ends decoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each patch.
+// A flag that ends decoding or encoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each
+// patch, and encoding reads it more often.
 typedef struct psplit_stop psplit_stop;
 
 PSPLIT_API psplit_code psplit_stop_create(psplit_stop** stop, psplit_error* error);
@@ -392,11 +393,11 @@ typedef struct psplit_encode_source {
   const psplit_attribute_values* attributes;  // POSITION is one of them
 } psplit_encode_source;
 
-// Flags of psplit_encode_options, all for PSPLIT_KIND_PATCHES only.
+// Flags of psplit_encode_options. PSPLIT_KIND_DRACO has the last one only.
 enum {
   PSPLIT_ENCODE_KEEP_DUPLICATES = 1,    // points that are equal in everything stay apart
-  PSPLIT_ENCODE_DROP_DEGENERATE = 2,    // drops faces that repeat an index
-  PSPLIT_ENCODE_DROP_UNUSED = 4,        // drops points that no face uses
+  PSPLIT_ENCODE_KEEP_DEGENERATE = 2,    // keeps faces that repeat an index; they draw nothing
+  PSPLIT_ENCODE_KEEP_UNUSED = 4,        // keeps points that no face uses
   PSPLIT_ENCODE_CONDENSE = 8,           // patches share their tables, if that saves bytes
   PSPLIT_ENCODE_WITHOUT_VERIFYING = 16  // does not decode the result to compare it with the source
 };
@@ -404,12 +405,16 @@ enum {
 // psplit_encode_options_init sets the defaults.
 typedef struct psplit_encode_options {
   uint32_t struct_size;
-  psplit_kind kind;         // PSPLIT_KIND_PATCHES, or PSPLIT_KIND_DRACO: a stream as any encoder writes it
+  // PSPLIT_KIND_NONE, the default: patches if the mesh is split, otherwise a Draco stream. PSPLIT_KIND_PATCHES:
+  // a container of patches, if only of one. PSPLIT_KIND_DRACO: a stream as any encoder of Draco writes it.
+  psplit_kind kind;
   int32_t speed;            // 0 (smallest) to 10 (fastest); default 5
   int32_t threads;          // see psplit_run
   const psplit_pool* pool;  // see psplit_run
-  uint32_t patch_count;     // 0: by patch_faces
-  uint32_t patch_faces;     // about as many faces in each patch; default 30,000
+  // Both 0, the default: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces, from 20,000 faces on.
+  // With PSPLIT_KIND_NONE these are fewer where they would take more than 3 % beyond the bytes of one stream.
+  uint32_t patch_count;
+  uint32_t patch_faces;  // without patch_count: about as many faces in each patch
   // Of components of PSPLIT_FLOAT32, 1 to 30; -1: exactly. Normals take 2 bits or more. Feature ids
   // (_FEATURE_ID_n, _BATCHID), and values that no grid can hold, are kept exactly. So are whole numbers in
   // attributes to which glTF gives no meaning, unless generic_bits are not the default. The default bits grow,
@@ -417,8 +422,9 @@ typedef struct psplit_encode_options {
   // to.
   int32_t position_bits, normal_bits, texcoord_bits, color_bits, generic_bits;  // default 14, 10, 12, 8, 12
   uint32_t flags;
-  psplit_progress progress;  // in faces that are encoded; may be NULL. Not with PSPLIT_KIND_DRACO
+  psplit_progress progress;  // in faces that are encoded; may be NULL
   void* user;                // passed to progress
+  const psplit_stop* stop;   // may be NULL
 } psplit_encode_options;
 // Sets all members but struct_size, which must be set.
 PSPLIT_API void psplit_encode_options_init(psplit_encode_options* options);
@@ -427,8 +433,9 @@ PSPLIT_API void psplit_encode_options_init(psplit_encode_options* options);
 typedef struct psplit_encoded psplit_encoded;
 
 // Encodes a triangle mesh. `options` may be NULL: the defaults. The bytes are the same for any number of
-// threads. Faces and points get another order. Draco drops faces that repeat an index and points that no
-// face uses; patches keep them, and merge points that are equal in everything, as the flags say.
+// threads, and those of `gltf-psplit encode` and of psplit for other languages. Faces and points get another
+// order. Faces that repeat an index and points that no face uses are dropped, and points that are equal in
+// everything merged, unless the flags say otherwise; PSPLIT_KIND_DRACO merges none.
 PSPLIT_API psplit_code psplit_encode(const psplit_encode_source* source, const psplit_encode_options* options,
                                      psplit_encoded** encoded, psplit_error* error);
 PSPLIT_API void psplit_encoded_free(psplit_encoded* encoded);
@@ -446,9 +453,14 @@ typedef struct psplit_encoded_info {
   const uint32_t* source_points;
   // The largest distance between a position and its decoded one; below 0 if it was not measured.
   double position_error;
+  uint32_t note_count;  // see psplit_encoded_note
+  uint32_t reserved;
 } psplit_encoded_info;
 PSPLIT_API psplit_code psplit_encoded_get_info(const psplit_encoded* encoded, psplit_encoded_info* info,
                                                psplit_error* error);
+// What was done for the precision of the mesh, or what it lost: a sentence in UTF-8. NULL if there is no such
+// note.
+PSPLIT_API const char* psplit_encoded_note(const psplit_encoded* encoded, uint32_t note);
 // How psplit_source, or glTF's JSON, requests an attribute.
 PSPLIT_API psplit_code psplit_encoded_get_attribute(const psplit_encoded* encoded, uint32_t attribute,
                                                     psplit_attribute_request* request, psplit_error* error);

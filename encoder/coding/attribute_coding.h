@@ -5,10 +5,12 @@
 
 namespace psplit {
 
+inline constexpr int kMostGridBits = 30;  // of a component on a quantization grid: libdraco's limit
+
 // bits == 0 keeps the values exactly as they are.
 struct AttributeCoding {
-  int bits = 0;             // 1 to 30; only for kFloat32 attributes
-  bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 to 30)
+  int bits = 0;             // 1 to kMostGridBits; only for kFloat32 attributes
+  bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 or more)
   // The grid of every other quantized attribute: value = origin + i * range / (2^bits - 1). Each component has
   // an origin of its own. Meshes that must fit together need the same grid. fit_grid (quantization.h) makes
   // grids that libdraco reproduces to the bit.

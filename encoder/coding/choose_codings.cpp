@@ -51,9 +51,9 @@ bool are_given(const Attribute& attribute, const CodingOptions& options) {
   return of_kind(attribute, options.given);
 }
 
-int wanted_bits(const Attribute& attribute, const CodingOptions& options, const std::set<std::string>& exact) {
+int wanted_bits(const Attribute& attribute, const CodingOptions& options) {
   if (attribute.component_type != ComponentType::kFloat32 || options.lossless ||
-      names_features(attribute.semantic) || exact.contains(attribute.semantic))
+      names_features(attribute.semantic) || options.exact.contains(attribute.semantic))
     return 0;
   const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
   if (is_direction(attribute)) return options.normal_bits < 2 ? 0 : options.normal_bits;
@@ -64,15 +64,15 @@ int wanted_bits(const Attribute& attribute, const CodingOptions& options, const 
 }
 
 CodingBounds wanted_bounds(const Attribute& attribute, const CodingOptions& options,
-                           const std::set<std::string>& exact, Span<const uint8_t> stored) {
-  const int bits = wanted_bits(attribute, options, exact);
+                           Span<const uint8_t> stored) {
+  const int bits = wanted_bits(attribute, options);
   return bits == 0 && (options.lossless || !holds_data(attribute)) ? CodingBounds()
                                                                    : bounds_of(attribute, bits, stored);
 }
 
 AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
-                              const CodingOptions& options, const std::set<std::string>& exact) {
-  const int bits = wanted_bits(attribute, options, exact);
+                              const CodingOptions& options) {
+  const int bits = wanted_bits(attribute, options);
   if (holds_data(attribute) && !options.lossless && holds_whole_numbers(bounds)) {
     const auto grid = fit_whole_numbers(bounds);
     const bool may_round = bits > 0 && are_given(attribute, options);
@@ -86,10 +86,9 @@ AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bo
   return grid.ok() ? std::move(*grid) : AttributeCoding{};
 }
 
-AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,
-                              const std::set<std::string>& exact) {
-  if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
-  return choose_coding(attribute, wanted_bounds(attribute, options, exact), options, exact);
+AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options) {
+  if (wanted_bits(attribute, options) > 0) trim_noise(attribute);
+  return choose_coding(attribute, wanted_bounds(attribute, options), options);
 }
 
 std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds& bounds,
@@ -101,11 +100,10 @@ std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds
          (grid ? std::to_string(grid->bits) + " bits would keep them" : "only --lossless would keep them");
 }
 
-std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
-                                            const std::set<std::string>& exact) {
+std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options) {
   std::vector<AttributeCoding> codings;
-  for (Attribute& attribute : mesh.attributes) codings.push_back(choose_coding(attribute, options, exact));
-  guard_codings(mesh, options, exact, codings);
+  for (Attribute& attribute : mesh.attributes) codings.push_back(choose_coding(attribute, options));
+  guard_codings(mesh, options, codings);
   return codings;
 }
 

@@ -22,6 +22,7 @@ struct CodingOptions {
   bool lossless = false;  // every attribute exactly as it is
   // Grids of given bits stay, even if they lose what the mesh tells apart (precision_guard.h).
   GivenBits given{};
+  std::set<std::string> exact{};  // names of attributes that are kept exactly
 
   // For callers who do not know what the user states: bits that differ from the default count as given.
   PSPLIT_EXPORT void give_changed_bits();
@@ -31,22 +32,21 @@ struct CodingOptions {
 PSPLIT_EXPORT bool are_given(const Attribute& attribute, const CodingOptions& options);
 
 // The bits that the options want for the attribute. 0 for those that are kept exactly: integers, and attributes
-// that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the semantics in
+// that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and those in
 // `exact`.
-PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& options,
-                              const std::set<std::string>& exact);
+PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& options);
 
 // The bounds by which the attribute's coding is chosen (bounds_of); empty if the coding does not depend on
 // them.
 CodingBounds wanted_bounds(const Attribute& attribute, const CodingOptions& options,
-                           const std::set<std::string>& exact, Span<const uint8_t> stored = {});
+                           Span<const uint8_t> stored = {});
 
 // The coding of an attribute by the bounds of the values that are stored. Values that no grid can hold are kept
 // exactly: values that are not finite, and normals that are not unit vectors. Attributes without a meaning that
 // glTF defines are data: if all their values are whole numbers, these are kept, too, on a grid of the bits that
 // this takes (fit_whole_numbers), or exactly.
 PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
-                                            const CodingOptions& options, const std::set<std::string>& exact);
+                                            const CodingOptions& options);
 
 // What the coding loses against the wish to keep whole numbers, because the options have fewer bits: a
 // sentence, or nothing.
@@ -54,8 +54,7 @@ std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds
                                   const AttributeCoding& coding);
 
 // The coding of an attribute with a grid of its own, as choose_codings chooses it.
-PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options,
-                                            const std::set<std::string>& exact = {});
+PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options);
 
 // The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
 // that encoding drops. Grids whose bits are not given are finer where they would lose what the mesh tells apart
@@ -63,7 +62,6 @@ PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOp
 //
 // Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
 // (trim_noise). Call round_weights when all grids are final.
-PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
-                                                          const std::set<std::string>& exact = {});
+PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options);
 
 }  // namespace psplit

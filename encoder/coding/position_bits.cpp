@@ -95,17 +95,17 @@ int position_bits_for_step(const AttributeCoding& grid, double step) {
   const double finest = largest_coordinate(grid) * std::ldexp(1.0, -24);
   int bits = kLeastBitsForEdges;
   if (step > 0)
-    while (bits < kMostPositionBits && grid_step(with_bits(grid, bits)) > std::max(step, finest)) ++bits;
+    while (bits < kMostGridBits && grid_step(with_bits(grid, bits)) > std::max(step, finest)) ++bits;
   return bits;
 }
 
 Expected<int> position_bits_for_error(const AttributeCoding& grid, double max_error) {
-  for (int bits = 1; bits <= kMostPositionBits; ++bits)
+  for (int bits = 1; bits <= kMostGridBits; ++bits)
     if (distance_bound(with_bits(grid, bits)) <= max_error) return bits;
   return Status(StatusCode::kUsage,
                 "an error of at most " + rounded_text(max_error) +
                     " cannot be guaranteed: floats of these coordinates allow no less than " +
-                    rounded_text(distance_bound(with_bits(grid, kMostPositionBits))) +
+                    rounded_text(distance_bound(with_bits(grid, kMostGridBits))) +
                     "; --lossless keeps every float");
 }
 

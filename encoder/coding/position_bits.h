@@ -15,7 +15,6 @@
 
 namespace psplit {
 
-inline constexpr int kMostPositionBits = 30;  // libdraco's limit
 // For meshes of few, long edges: Draco's own default.
 inline constexpr int kLeastBitsForEdges = 11;
 
@@ -55,7 +54,7 @@ class PSPLIT_EXPORT EdgeSample {
 // lengths.
 PSPLIT_EXPORT double step_for_edges(std::vector<float> lengths);
 
-// The fewest bits, from kLeastBitsForEdges to kMostPositionBits, for which the step of the grid is at most
+// The fewest bits, from kLeastBitsForEdges to kMostGridBits, for which the step of the grid is at most
 // `step`. But the step is never finer than the floats: half the distance of two floats near the grid's largest
 // coordinate. `grid` is fit_grid's, with any bits.
 PSPLIT_EXPORT int position_bits_for_step(const AttributeCoding& grid, double step);

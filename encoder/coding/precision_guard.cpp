@@ -13,7 +13,6 @@
 namespace psplit {
 namespace {
 
-constexpr int kMostBits = kMostPositionBits;
 // The grid on which nothing collapses any more has places as far apart as what it tells apart. So many bits
 // more, and shapes of that size keep their shape.
 constexpr int kBitsForShape = 2;
@@ -148,13 +147,13 @@ class Guard {
       });
       return is_collapse(loss);
     };
-    int too_few = codings_[i].bits, enough = kMostBits;
-    if (too_few >= kMostBits || collapses(kMostBits)) return status;
+    int too_few = codings_[i].bits, enough = kMostGridBits;
+    if (too_few >= kMostGridBits || collapses(kMostGridBits)) return status;
     while (status.ok() && enough - too_few > 1) {
       const int bits = (too_few + enough) / 2;
       (collapses(bits) ? too_few : enough) = bits;
     }
-    if (measure == Measure::kPositions) enough = std::min(enough + kBitsForShape, kMostBits);
+    if (measure == Measure::kPositions) enough = std::min(enough + kBitsForShape, kMostGridBits);
     finding.better = grid_with_bits(codings_[i], enough);
     return status;
   }
@@ -251,10 +250,9 @@ Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span
 }
 
 std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
-                                         const std::set<std::string>& exact,
                                          std::vector<AttributeCoding>& codings) {
   std::vector<int> wanted;
-  for (const Attribute& attribute : mesh.attributes) wanted.push_back(wanted_bits(attribute, options, exact));
+  for (const Attribute& attribute : mesh.attributes) wanted.push_back(wanted_bits(attribute, options));
   const GuardedMesh whole{[&](const GuardedMesh::VisitPart& visit) {
     visit(mesh, {});
     return Status();

@@ -73,7 +73,6 @@ PSPLIT_EXPORT Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMe
                                                                  std::vector<AttributeCoding>& codings);
 // The same of a mesh in memory; all of its points count.
 PSPLIT_EXPORT std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
-                                                       const std::set<std::string>& exact,
                                                        std::vector<AttributeCoding>& codings);
 
 }  // namespace psplit

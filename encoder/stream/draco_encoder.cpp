@@ -14,7 +14,7 @@
 namespace psplit {
 namespace {
 
-constexpr int kMostBits = 30, kFewestOctahedralBits = 2;
+constexpr int kFewestOctahedralBits = 2;
 
 bool is_float(const DracoLabel& label) { return label.type == core::DataType::kFloat32; }
 bool is_position(const DracoLabel& label) { return label.semantic == DracoSemantic::kPosition; }
@@ -68,7 +68,7 @@ Status check_integers(const Attribute& attribute) {
 Status complete_coding(const Attribute& attribute, const DracoLabel& label, AttributeCoding& coding) {
   if (label.type == core::DataType::kUint32) return check_integers(attribute);
   if (!is_float(label) || coding.bits <= 0) return {};
-  if (coding.bits > kMostBits) return invalid_input(attribute.semantic + ": more than 30 bits");
+  if (coding.bits > kMostGridBits) return invalid_input(attribute.semantic + ": more than 30 bits");
   coding.octahedral = is_normal(label);
   if (!coding.octahedral)
     return coding.origin.empty() ? find_grid(attribute, coding) : check_places(attribute, coding);

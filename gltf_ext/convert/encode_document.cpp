@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <utility>
 
 #include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/condense_document.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_job.h"
+#include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/join_points.h"
 #include "gltf_ext/convert/json_growth.h"
@@ -24,32 +26,32 @@ namespace psplit {
 namespace {
 
 // keeps_meshes: the meshes are needed afterwards, as set_position_bounds needs those of .drc files.
-void encode_jobs(std::vector<EncodeJob>& jobs, bool keeps_meshes, const ThreadPool& pool,
-                 const Progress& progress) {
+void encode_jobs(std::vector<EncodeJob>& jobs, const EncodeOptions& options, bool keeps_meshes,
+                 const ThreadPool& pool, const Progress& progress) {
   size_t faces = 0;
-  for (const EncodeJob& job : jobs) faces += job.face_count();
+  for (const EncodeJob& job : jobs) faces += job.face_count;
   std::atomic<size_t> done = 0;
   if (progress) progress(0, faces);
   pool.for_each(jobs.size(), [&](size_t i) {
     EncodeJob& job = jobs[i];
-    if (job.parts) return;
+    Watch watch;
     std::atomic<size_t> done_of_job = 0;
     if (progress)
-      job.options.patch_encoded = [&](size_t count) {
-        done_of_job += count;
-        progress(done += count, faces);
+      watch.progress = [&](size_t now, size_t) {
+        // Calls from several threads may come out of order.
+        for (size_t before = done_of_job; now > before;)
+          if (done_of_job.compare_exchange_weak(before, now)) {
+            progress(done += now - before, faces);
+            break;
+          }
       };
-    if (!keeps_meshes) job.options.free_input = [&job] { job.free_mesh(); };
-    Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
+    Expected<EncodedMesh> encoded = keeps_meshes ? encode(job.source, options, pool, watch)
+                                                 : encode(std::move(job.source), options, pool, watch);
     if (encoded.ok())
       job.encoded = std::move(*encoded);
     else
       job.status = encoded.status();
-    job.options.patch_encoded = {};
-    job.options.free_input = {};
-    if (!keeps_meshes) job.free_mesh();
-    // Faces that are dropped or in no patch count as done.
-    if (progress) progress(done += job.face_count() - done_of_job, faces);
+    if (progress && done_of_job < job.face_count) progress(done += job.face_count - done_of_job, faces);
   });
 }
 
@@ -121,7 +123,7 @@ Status condense_output(Document& output, std::span<const PrimitiveId> origins, s
                        const EncodeDocumentOptions& options, const ThreadPool& pool, EncodeReports& reports) {
   std::set<PrimitiveId> in_parts;
   for (const EncodeJob& job : jobs)
-    if (job.parts) in_parts.insert(job.group.ids.begin(), job.group.ids.end());
+    if (job.is_in_parts()) in_parts.insert(job.group.ids.begin(), job.group.ids.end());
   const std::vector<PrimitiveId> all = all_primitives(output);
   std::map<PrimitiveId, PrimitiveId> origin_of;
   std::vector<PrimitiveId> ids;
@@ -132,7 +134,8 @@ Status condense_output(Document& output, std::span<const PrimitiveId> origins, s
     if (output.records().primitive(all[i]).storage() == PrimitiveStorage::kStockDraco && !was_read) continue;
     ids.push_back(all[i]);
   }
-  const auto views = condense_document(output, ids, {options.condense_smallest, options.verify}, pool);
+  const auto views =
+      condense_document(output, ids, {options.condense == Condense::kSmallest, options.verify}, pool);
   if (!views) return views.status();
   for (const CondensedView& view : *views)
     for (const PrimitiveId id : view.ids) report_condensed(output, id, view, reports[origin_of.at(id)]);
@@ -144,8 +147,8 @@ Status join_points(const Document& document, const EncodeDocumentOptions& option
                    const ThreadPool& pool) {
   pool.for_each(jobs.size(), [&](size_t i) {
     EncodeJob& job = jobs[i];
-    if (job.stored_as == StoredAs::kDraco && !job.parts)
-      job.status = join_repeated_points(job, options.fallback != Fallback::kNone, pool);
+    if (job.stored_as == StoredAs::kDraco && !job.is_in_parts())
+      job.status = join_repeated_points(job, options, pool);
   });
   for (EncodeJob& job : jobs)
     if (!job.status.ok()) return std::move(job.status).at(job.place(document));
@@ -153,35 +156,35 @@ Status join_points(const Document& document, const EncodeDocumentOptions& option
 }
 
 // A Draco stream has its attributes until it is encoded again.
-Status note_dropped(const Document& document, const DroppedAttributes& dropped, EncodeJobs& read,
-                    EncodeReports& reports) {
+Status note_dropped(const Document& document, const DroppedAttributes& dropped,
+                    const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   const auto is_compressed = [&](PrimitiveId id) {
     return document.records().primitive(id).storage() != PrimitiveStorage::kPlain;
   };
   for (const auto& [id, names] : dropped.of_primitive) {
     const PrimitiveId primitive{id.first, id.second};
     reports[primitive].dropped_attributes = names;
-    const auto reason = read.skipped.find(id);
-    if (reason != read.skipped.end() && is_compressed(primitive))
+    const auto reason = skipped.find(id);
+    if (reason != skipped.end() && is_compressed(primitive))
       return unsupported(
           names.front() + " cannot be skipped: the primitive is left as it is, " + reason->second,
           place_of(document, primitive));
   }
-  for (EncodeJob& job : read.jobs)
+  for (EncodeJob& job : jobs)
     job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
   return {};
 }
 
 // glTF requires the bounds of positions. A .drc file does not state them; they are known after decoding.
 void set_position_bounds(Document& document, const EncodeJob& job) {
-  const Attribute* position = job.mesh.find("POSITION");
+  const Attribute* position = job.source.mesh.find("POSITION");
   const PrimitiveId id = job.group.ids.front();
   const auto index = integer_field(primitive_json(document, id)["attributes"], "POSITION");
   if (position == nullptr || !index) return;
   Json& accessor = document.json()["accessors"][static_cast<size_t>(*index)];
   if (field(accessor, "min") != nullptr && field(accessor, "max") != nullptr) return;
   const AccessorData data{position->component_type, position->component_count, position->normalized,
-                          job.mesh.point_count, position->values};
+                          job.source.mesh.point_count, position->values};
   describe_decoded(accessor, data, true);
 }
 
@@ -191,7 +194,8 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
   const PrimitiveId id = job.group.ids.front();
   const std::vector<AttributeRecords>& targets = document.records().primitive(id).targets;
   uint64_t points = 0;
-  for (const StreamEntry& entry : job.encoded.entries) points += entry.point_count - entry.reference_count;
+  for (const EncodedPiece& piece : job.encoded.pieces)
+    for (const StreamEntry& entry : piece.entries) points += entry.point_count - entry.reference_count;
   std::set<int64_t> counted;
   uint64_t bytes = 0;
   for (const MorphAttribute& morph : job.morphs) {
@@ -257,7 +261,7 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
   std::vector<EncodeJob*> encoded;
   std::vector<const PrimitiveGroup*> groups;
   for (EncodeJob& job : jobs) {
-    if (!job.status.ok() || job.parts) continue;  // parts are never left as they were
+    if (!job.status.ok() || job.is_in_parts()) continue;  // parts are never left as they were
     encoded.push_back(&job);
     groups.push_back(&job.group);
   }
@@ -304,7 +308,7 @@ bool is_too_small_for_coarse(const Document& document, const EncodeDocumentOptio
                              const SharingJobs& sharing) {
   return options.fallback == Fallback::kCoarse && !options.patches.always &&
          std::ranges::all_of(sharing.jobs, [&](const EncodeJob* job) {
-           return job->face_count() <= kLeastCoarseFaces && !job->drops_attributes &&
+           return job->face_count <= kLeastCoarseFaces && !job->drops_attributes &&
                   document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kPlain;
          });
 }
@@ -356,6 +360,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
                              std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
                              ExpectedGain& gain, EncodeReports& reports) {
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
+  const bool is_stock = options.storage == Storage::kOneStream;
   // Coarse primitives replace those of a whole mesh, so all of it is in patches.
   const auto is_stored = [&](const EncodeJob* job) {
     const PrimitiveStorage storage = document.records().primitive(job->group.ids.front()).storage();
@@ -371,7 +376,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   }
   std::vector<SharingJobs> by_gain;
   for (SharingJobs& sharing : sharing_jobs(document, jobs)) {
-    const bool is_wanted = options.patches.is_given() || with_fallback || document.is_retyped ||
+    const bool is_wanted = options.patches.is_given() || with_fallback || is_stock || document.is_retyped ||
                            std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
                              return job->drops_attributes || is_stored(job);
                            });
@@ -379,7 +384,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
     if (is_too_small_for_coarse(document, options, sharing)) reason = kTooSmallForCoarse;
     for (const EncodeJob* job : sharing.jobs)
       for (const PrimitiveId id : job->group.ids) reports[id].skipped = reason;
-    if (is_wanted && !with_fallback) may_grow.push_back(sharing.sizes);
+    if (is_wanted && !with_fallback && !is_stock) may_grow.push_back(sharing.sizes);
     if (reason.empty() && !is_wanted) by_gain.push_back(std::move(sharing));
     gain.are_wanted |= reason.empty() && is_wanted;
   }
@@ -407,20 +412,28 @@ void warn_of_growth(std::vector<SharedSizes>& may_grow, EncodeReports& reports) 
 void report_spooled(const SpooledPoints& points, const EncodeJob& job, PrimitiveReport& report) {
   if (points.are_repeated) report.points -= std::exchange(report.statistics.merged_points, 0);
   report.input_bytes = report.faces * 3 * component_bytes(index_type(static_cast<uint32_t>(report.points)));
-  for (const Attribute& attribute : job.mesh.attributes)
+  for (const Attribute& attribute : job.source.mesh.attributes)
     report.input_bytes += report.points * attribute.stride();
 }
 
 // The asset stays as it was, because it would grow.
-std::vector<PrimitiveReport> leave_asset(const Document& input, const EncodeJobs& read, uint64_t before,
-                                         uint64_t after) {
-  EncodeReports reports(input, read);
+std::vector<PrimitiveReport> leave_asset(EncodeReports reports, uint64_t before, uint64_t after) {
   std::vector<PrimitiveReport> list = std::move(reports).list();
   const std::string reason =
       "the asset would take " + std::to_string(after) + " bytes as a GLB instead of " + std::to_string(before);
   for (PrimitiveReport& report : list)
     if (report.skipped.empty()) report.skipped = reason;
   return list;
+}
+
+// PatchTarget::count is of all primitives together, also of those in parts, which have theirs already.
+void share_patches(const PatchTarget& target, std::span<const EncodeJob> large, std::vector<EncodeJob>& jobs) {
+  if (target.count == 0 || large.empty()) return;
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.face_count);
+  for (const EncodeJob& job : large) faces.push_back(job.face_count);
+  const std::vector<uint32_t> counts = patch_counts(faces, target);
+  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].source.patch_count = counts[i];
 }
 
 // may_shrink: patches may take more than they save, because they are to be condensed.
@@ -440,18 +453,23 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
     std::ranges::fill(document.buffers, Buffer());
     document.spooled->numbers = Buffer();
   };
-  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, limits, progress, forget);
+  Expected<SelectedPrimitives> selected = select_primitives(document, options, limits);
+  if (!selected) return selected.status();
+  Expected<std::vector<EncodeJob>> large =
+      encode_large_primitives(document, options, *selected, limits, pool, progress, forget);
+  if (!large) return large.status();
+  Expected<std::vector<EncodeJob>> read = read_jobs(document, options, *selected, backend, pool);
   if (!read) return read.status();
-  EncodeReports reports(document, *read);
-  if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
-  std::vector<EncodeJob>& jobs = read->jobs;
-  const std::vector<uint32_t> counts = patch_counts(jobs, options);
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    jobs[i].options.patch_count = counts[i];
-    jobs[i].options.most_split_percent = options.asks_for_patches() ? 0 : kMostSplitPercent;
-    jobs[i].options.shares_tables = options.condenses();
-  }
-  encode_jobs(jobs, document.from_draco, pool, progress);
+  std::vector<EncodeJob>& jobs = *read;
+  const Expected<GridGroups> groups = plan_jobs(document, options, selected->skipped, jobs, pool);
+  if (!groups) return groups.status();
+  share_patches(options.of_meshes().patches, *large, jobs);
+  EncodeReports reports(document, selected->skipped, jobs, *large);
+  const EncodeReports as_they_were = reports;
+  if (Status status = note_dropped(document, *dropped, selected->skipped, jobs, reports); !status.ok())
+    return status;
+  encode_jobs(jobs, options.of_meshes(), document.from_draco, pool, progress);
+  std::ranges::move(*large, std::back_inserter(jobs));
   std::vector<SharedSizes> may_grow;
   ExpectedGain gain;
   if (Status status = leave_what_would_grow(document, options, may_shrink, jobs, may_grow, gain, reports);
@@ -468,9 +486,9 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
       if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
     }
   const std::vector<PrimitiveId> origins = origins_of_output(document, jobs);
-  const auto grids = position_grids(jobs, read->groups);
+  const auto grids = position_grids(jobs, *groups);
   Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, reports);
-  if (status.ok()) status = round_plain_neighbours(document, origins, jobs, read->groups, grids, pool, reports);
+  if (status.ok()) status = round_plain_neighbours(document, origins, jobs, *groups, grids, pool, reports);
   if (status.ok() && options.condenses())
     status = condense_output(document, origins, jobs, options, pool, reports);
   if (!status.ok()) return status;
@@ -479,7 +497,7 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
     if (bytes > bytes_before) {
       document = std::move(*before);
       if (may_shrink) return encode_geometry(document, wanted, backend, pool, progress, limits, false);
-      return leave_asset(document, *read, bytes_before, bytes);
+      return leave_asset(as_they_were, bytes_before, bytes);
     }
   }
   warn_of_growth(may_grow, reports);

@@ -4,15 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "encoder/coding/choose_codings.h"
-#include "encoder/coding/position_bits.h"
-#include "encoder/encode_mesh.h"
-#include "encoder/partition/partition.h"
-#include "encoder/patch_counts.h"
+#include "encoder/encode.h"
+#include "gltf_ext/document/asset_records.h"
+#include "src/export.h"
 
 namespace psplit {
 
@@ -34,70 +32,31 @@ enum class Compat { kNone, kKhr };
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
 
-// What patches may take more than one stream, in percent, if nobody asks for them.
-inline constexpr uint32_t kMostSplitPercent = 3;
+// For each primitive the grids of its attributes, by their names.
+using StatedGrids = std::map<PrimitiveId, std::map<std::string, AttributeCoding>>;
 
-struct EncodeDocumentOptions {
-  PatchTarget patches{};
-  int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
-  // Those of them that the user states. All others may grow where they would make equal what a mesh tells apart
-  // (encoder/coding/precision_guard.h). Bits that differ from these defaults count as stated.
-  GivenBits given_bits{};
-  // One of these replaces position_bits (encoder/coding/position_bits.h). Primitives that share a grid share
-  // the bits that suffice for all of them.
-  bool position_bits_by_edges = false;  // the fewest bits that the edges allow
-  double max_position_error = 0;        // the fewest bits for an error of at most this, in the mesh's own units
+// The options of the encoder, for all meshes of an asset. Storage::kAsFits and kContainer follow from the
+// options here; kOneStream writes stock Draco alone, one stream for each primitive, and leaves none that can be
+// encoded as it is. Bits that differ from their defaults count as given.
+struct EncodeDocumentOptions : EncodeOptions {
   QuantizationVolume volume = QuantizationVolume::kMesh;
-  bool refine = true;  // see PartitionOptions for this and the next two
-  PartitionMethod method = PartitionMethod::kMultilevel;
-  PathDistance distance = PathDistance::kDijkstra;
-  PatchOrder order{};  // the order of each primitive's patches; with OutOfCoreOptions, of each part's
-  bool boxes = false;  // store the box of each patch; not with Compat::kKhr
-  int encode_speed = 5;
-  bool choose_by_bytes = false;  // in place of encode_speed; see EncodeOptions
-  bool by_libdraco = false;      // libdraco encodes the streams, for reference: to the same bytes, in more time
-  bool lossless = false;         // keep every attribute exactly
-  bool keep_degenerate = false;  // keep faces that repeat an index
-  bool keep_unused = false;      // keep points that no face uses; Compat::kKhr cannot store them
-  bool keep_duplicates = false;  // keep points that are equal in every attribute apart
   // Attributes that are left out, such as "TEXCOORD_1". kUsage if the asset needs one of them, as a texture its
   // coordinates.
   std::vector<std::string> skip{};
   Fallback fallback = Fallback::kNone;  // kCoarse not with Compat::kKhr
   double coarse_share = kCoarseShare;   // of the faces of a mesh that its coarse primitives have
-  Compat compat = Compat::kNone;
-  // Condense what is stored without it, if that makes the file smaller: fewer bytes, for loaders that decode
-  // condensed streams. So patches share their tables, and a primitive that stays whole, or as it is in stock
-  // Draco, becomes one condensed patch. expand_document restores all that. Not with Compat::kKhr.
-  bool condense = false;
-  bool condense_smallest = false;  // also if that decodes more slowly
-  bool verify = true;
+  Compat compat = Compat::kNone;        // kKhr: without condensed streams and boxes; no unused points are kept
   // Names of options that the caller gave and that primitives in patches, which stay as they are, would ignore.
   // Then they are an error.
   std::string options_of_patches{};
+  // Grids that streams stated before the document was decoded. Values that are on them keep them.
+  StatedGrids stated{};
 
-  // The most patches of a primitive.
-  uint64_t most_patches() const {
-    if (patches.most > 0) return patches.most;
-    return compat == Compat::kKhr ? kMostPatchPrimitives : UINT64_MAX;
-  }
-  // Whether patches may cost what they cost. Otherwise kMostSplitPercent limits it.
-  bool asks_for_patches() const { return patches.is_given() || patches.min_faces > 0; }
-  bool condenses() const { return condense && compat == Compat::kNone; }
-  bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
-  // By which they are chosen if not by the edges.
-  std::optional<double> chosen_position_error() const {
-    return position_bits_by_edges ? std::nullopt : std::optional(max_position_error);
-  }
-  CodingOptions coding() const {
-    CodingOptions coding{position_bits, normal_bits, texcoord_bits, color_bits,
-                         generic_bits,  lossless,    given_bits};
-    coding.give_changed_bits();
-    if (!chooses_position_bits()) return coding;
-    coding.position_bits = kMostPositionBits;
-    coding.given.position = !position_bits_by_edges;
-    return coding;
-  }
+  // Condensed are also primitives that stay whole, or as they are in stock Draco: each becomes one condensed
+  // patch, if that makes the file smaller. expand_document restores all that.
+  bool condenses() const { return condense != Condense::kNo && compat == Compat::kNone; }
+  // The options of each mesh.
+  PSPLIT_EXPORT EncodeOptions of_meshes() const;
 };
 
 // How much of an asset is in memory. Meshes that do not fit are encoded part by part, with temporary files.

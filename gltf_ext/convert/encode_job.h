@@ -1,28 +1,17 @@
 // One geometry on its way through the encoder, in memory or in parts.
 #pragma once
 
-#include <algorithm>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "encoder/coding/precision_guard.h"
-#include "encoder/encode_mesh.h"
-#include "encoder/encode_parts.h"
-#include "encoder/welding/reduce.h"
+#include "encoder/encode.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 
 namespace psplit {
-
-// A mesh that was encoded part by part.
-struct EncodedInParts {
-  uint64_t faces = 0, points = 0;          // of the input
-  std::vector<PartsContainer> containers;  // on one grid; or streams without a container
-};
 
 // Which meshes share grids: those of one group.
 struct GridGroups {
@@ -39,69 +28,41 @@ struct GridGroups {
 
 struct EncodeJob {
   PrimitiveGroup group;  // the primitives that have this geometry
-  Mesh mesh;             // without points and faces if it is in parts; without arrays after free_mesh()
+  MeshToEncode source;   // without arrays once it is encoded; in parts it never has any
   std::vector<MorphAttribute> morphs;
-  std::vector<Attribute> unrounded;     // the skin weights of the input
-  std::vector<AttributeCoding> stated;  // the grids of the input: see MeshToCode
-  std::vector<AttributeCoding> codings;
-  std::vector<PrecisionNote> precision;  // about the codings
-  EncodeOptions options;
+  Array<std::byte> numbers;      // of points in the file that they come from, if these keep points apart
+  uint64_t face_count = 0;       // of the input
+  uint64_t points_in_parts = 0;  // of the input; in memory, `source` has their number
   EncodedMesh encoded;
-  std::optional<EncodedInParts> parts;  // has the bytes instead of `encoded`
-  bool drops_attributes = false;        // which its stock Draco stream would keep
+  bool drops_attributes = false;  // which its stock Draco stream would keep
   StoredAs stored_as = StoredAs::kAsItWas;
-  uint64_t stored_bytes = 0;  // of the container or the streams
-  uint64_t freed_faces = 0;
+  uint64_t stored_bytes = 0;          // of the container or the streams
   std::vector<std::string> warnings;  // what it loses
   Status status;
 
-  uint64_t face_count() const { return parts ? parts->faces : mesh.faces.size() + freed_faces; }
-  uint64_t point_count() const { return parts ? parts->points : mesh.point_count; }
+  bool is_in_parts() const { return points_in_parts > 0; }  // with its bytes in temporary files
+  uint64_t point_count() const { return is_in_parts() ? points_in_parts : source.mesh.point_count; }
   // Containers and lone streams: each becomes a primitive.
-  size_t piece_count() const {
-    return parts ? parts->containers.size() : std::max<size_t>(1, encoded.lone_streams.size());
-  }
+  size_t piece_count() const { return encoded.pieces.size(); }
 
   // How POSITION is quantized; null if it is stored exactly.
   AttributeCoding* position_coding() {
-    for (size_t i = 0; i < codings.size(); ++i)
-      if (mesh.attributes[i].semantic == "POSITION" && codings[i].bits > 0) return &codings[i];
+    for (size_t i = 0; i < source.codings.size(); ++i)
+      if (source.mesh.attributes[i].semantic == "POSITION" && source.codings[i].bits > 0)
+        return &source.codings[i];
     return nullptr;
   }
 
-  // Frees the values and the faces. Their counts stay.
-  void free_mesh();
   // Fills in stored_as and stored_bytes.
   void note_storage();
   // Fills in what the report says about the output.
   void report(PrimitiveReport& report);
-  // Adds what it says about precision, once for each geometry.
-  void report_precision(PrimitiveReport& report) const;
 
   Place place(const Document& document) const { return place_of(document, group.ids.front()); }
 };
 
-// What the options say about the streams of a mesh, which are not condensed: condense_document does that when
-// all are there.
-EncodeOptions options_of_streams(const EncodeDocumentOptions& options);
-
-// The mesh that encode_job stores.
-ReducedMesh reduce_job(const EncodeJob& job, const ThreadPool& pool);
-// For each point of the job's mesh 1 if encode_job stores its values, otherwise 0.
-std::vector<uint8_t> stored_points_of(const EncodeJob& job);
-
-// Encodes the job with `options`, which may differ from the job's in the patches and in verification. Points
-// whose morph targets differ stay apart, and points whose weights differed before rounding.
-Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& options, const ThreadPool& pool);
-
 // Morph targets in the order of the stored points: point i is source_point[i] of the input.
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,
                                     const std::vector<uint32_t>& source_point);
-
-// The number of patches of each primitive, given its number of faces.
-std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const EncodeDocumentOptions& options);
-
-// The same of jobs.
-std::vector<uint32_t> patch_counts(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& options);
 
 }  // namespace psplit

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <string>
+#include <functional>
+#include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
+#include "gltf_ext/convert/select_primitives.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
 #include "gltf_ext/out_of_core/large_mesh.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
@@ -30,12 +31,15 @@ struct MemoryPlan {
 // How a mesh file is read (read_spool) that encode_document gets with these options.
 SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits);
 
-// A job whose containers or streams are in temporary files; its group is empty. Forgets `mesh`.
-// `texture_scales` are those of MeshToCode. `progress` counts faces. Errors: those of CellParts and
-// encode_parts, kUsage if the memory does not suffice for the number of points.
-Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumentOptions& options,
-                                      const OutOfCoreOptions& limits, const ThreadPool& pool,
-                                      const std::map<std::string, double>& texture_scales,
-                                      const Progress& progress);
+// Encodes the large primitives, one after the other. The bytes of their jobs are in temporary files. Those that
+// have nothing to encode are added to selected.skipped. `forget` is called when the values of one of them are
+// not read any more; `progress` counts faces. Errors: those of CellParts and encode_parts; kUnsupported for
+// morph targets; kUsage if the memory does not suffice for the number of points.
+Expected<std::vector<EncodeJob>> encode_large_primitives(const Document& document,
+                                                         const EncodeDocumentOptions& options,
+                                                         SelectedPrimitives& selected,
+                                                         const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                                         const Progress& progress,
+                                                         const std::function<void()>& forget);
 
 }  // namespace psplit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -11,8 +12,9 @@ namespace psplit {
 
 class EncodeReports {
  public:
-  // `input` is the document before it is encoded, and `read` what read_jobs returned for it.
-  EncodeReports(const Document& input, const EncodeJobs& read);
+  // `input` is the document before it is encoded; `jobs` and `large` are those in memory and in parts.
+  EncodeReports(const Document& input, const SkippedPrimitives& skipped, std::span<const EncodeJob> jobs,
+                std::span<const EncodeJob> large);
 
   PrimitiveReport& operator[](PrimitiveId id) { return reports_.at({id.mesh, id.primitive}); }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "encoder/condensing/condense.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/stitching/build_stitching.h"
 #include "encoder/verify.h"
 #include "gltf_ext/document/asset_records.h"
@@ -17,15 +18,14 @@
 namespace psplit {
 namespace {
 
-Stitching stitch_to_itself(const LoneStream& stream, const ThreadPool& pool) {
+Stitching stitch_to_itself(const EncodedPiece& stream, const ThreadPool& pool) {
   const OwnedStream owned{stream.decoded.faces, stream.source_point};
   std::vector<PointOwner> owners(*std::ranges::max_element(stream.source_point) + size_t{1});
   return build_stitching({&owned, 1}, 0, owners, pool);
 }
 
-std::vector<uint8_t> container_of(const LoneStream& stream, const StreamEntry& entry,
-                                  const Stitching& stitching) {
-  StreamEntry stitched = entry;
+std::vector<uint8_t> container_of(const EncodedPiece& stream, const Stitching& stitching) {
+  StreamEntry stitched = stream.entries[0];
   stitched.reference_count = stitching.reference_counts[0];
   stitched.stitch_bytes = static_cast<uint32_t>(stitching.maps[0].size());
   return write_container({&stitched, 1}, false, stitching.maps, {&stream.bytes, 1});
@@ -49,7 +49,7 @@ bool has_same_triangles(const Mesh& a, const Mesh& b) {
 uint64_t bytes_of_point(const EncodeJob& job, bool with_fallback) {
   uint64_t bytes = 0;
   if (with_fallback)
-    for (const Attribute& attribute : job.mesh.attributes) bytes += attribute.stride();
+    for (const Attribute& attribute : job.source.mesh.attributes) bytes += attribute.stride();
   for (const MorphAttribute& morph : job.morphs)
     if (!morph.sparse) bytes += component_bytes(morph.data.component_type) * morph.data.component_count;
   return bytes;
@@ -59,31 +59,31 @@ uint64_t bytes_of_point(const EncodeJob& job, bool with_fallback) {
 // of what follows. All other JSON is as with stock Draco, with smaller numbers.
 uint64_t most_other_bytes(const EncodeJob& job) {
   constexpr uint64_t kListed = 2 * (std::string_view(kExtensionName).size() + 8), kAlignment = 4;
-  return kListed + kAlignment * (1 + job.mesh.attributes.size() + job.morphs.size());
+  return kListed + kAlignment * (1 + job.source.mesh.attributes.size() + job.morphs.size());
 }
 
 }  // namespace
 
-Status join_repeated_points(EncodeJob& job, bool with_fallback, const ThreadPool& pool) {
+Status join_repeated_points(EncodeJob& job, const EncodeDocumentOptions& options, const ThreadPool& pool) {
   EncodedMesh& encoded = job.encoded;
-  LoneStream& lone = encoded.lone_streams[0];
+  EncodedPiece& lone = encoded.pieces[0];
   const Stopwatch encode_time;
-  PatchContainer stream = open_stream(lone.bytes, lone.decoded.point_count);
-  if (!stream.refusal.ok()) return runtime_failure("verification: " + stream.refusal.to_string());
-  stream.expect_points(lone.decoded.point_count);
+  const Expected<PatchContainer> stream = open_piece(lone);
+  if (!stream) return runtime_failure("verification: " + stream.status().to_string());
   Stitching stitching = stitch_to_itself(lone, pool);
   const uint64_t joined_count = stitching.reference_counts[0];
   if (joined_count == 0) return {};
-  const std::vector<uint8_t> plain = container_of(lone, stream.entries[0], stitching);
+  const std::vector<uint8_t> plain = container_of(lone, stitching);
   const Expected<PatchContainer> opened = open_container(plain);
   if (!opened) return runtime_failure("verification: " + opened.status().to_string());
-  const uint64_t data_saved = joined_count * bytes_of_point(job, with_fallback);
+  const uint64_t data_saved = joined_count * bytes_of_point(job, options.fallback != Fallback::kNone);
   const auto condense = [&](const PatchContainer& container) {
-    return condense_container(container, lone.bytes.size() + data_saved, job.options.condense_smallest, pool);
+    return condense_container(container, lone.bytes.size() + data_saved,
+                              options.condense == Condense::kSmallest, pool);
   };
   std::optional<CondensedContainer> joined = condense(*opened);
   if (!joined || joined->bytes.size() + most_other_bytes(job) > lone.bytes.size() + data_saved) return {};
-  const std::optional<CondensedContainer> apart = condense(stream);
+  const std::optional<CondensedContainer> apart = condense(*stream);
   const uint64_t bytes_apart = std::min((apart ? apart->bytes : lone.bytes).size(), lone.bytes.size());
   if (joined->bytes.size() > bytes_apart + data_saved) return {};
   encoded.statistics.encode_ms += encode_time.ms();
@@ -91,18 +91,19 @@ Status join_repeated_points(EncodeJob& job, bool with_fallback, const ThreadPool
   const ScopedStopwatch verify_time(encoded.statistics.verify_ms);
   Expected<Mesh> mesh = cpu_backend().decode(*opened, encoded.requests, pool);
   if (!mesh) return runtime_failure("verification: " + mesh.status().to_string());
-  if (job.options.verify) {
+  if (options.verify) {
     if (!has_same_triangles(*mesh, lone.decoded))
       return runtime_failure("verification: joined points make other triangles");
     if (Status status = verify_condensed(joined->bytes, encoded.requests, *mesh, pool); !status.ok())
       return status;
   }
-  encoded.container = std::move(joined->bytes);
-  encoded.entries = std::move(joined->entries);
-  encoded.head_bytes = joined->head_bytes;
-  encoded.decoded = std::move(*mesh);
-  encoded.source_point = std::move(stitching.source_point);
-  encoded.lone_streams.clear();
+  lone.is_container = true;
+  lone.bytes = std::move(joined->bytes);
+  lone.entries = std::move(joined->entries);
+  lone.head_bytes = joined->head_bytes;
+  lone.point_count = lone.used_point_count = mesh->point_count;
+  lone.decoded = std::move(*mesh);
+  lone.source_point = std::move(stitching.source_point);
   job.note_storage();
   return {};
 }

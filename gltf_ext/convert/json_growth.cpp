@@ -31,10 +31,8 @@ class GrowthOfJob {
   int64_t of(const EncodeJob& job) {
     const PrimitiveRecord& record = document_.records().primitive(job.group.ids.front());
     int64_t growth = 0;
-    const EncodedMesh& encoded = job.encoded;
-    if (encoded.lone_streams.empty()) growth += piece(record, encoded.decoded, encoded.container.size());
-    for (const LoneStream& stream : encoded.lone_streams)
-      growth += piece(record, stream.decoded, stream.bytes.size());
+    for (const EncodedPiece& stored : job.encoded.pieces)
+      growth += piece(record, stored.decoded, stored.bytes.size());
     for (const PrimitiveId id : job.group.ids) growth += primitive(job, id);
     std::set<int64_t> targets;
     for (const MorphAttribute& morph : job.morphs) {

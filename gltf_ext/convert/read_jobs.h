@@ -1,40 +1,37 @@
 // The geometry of a document, read for the encoder.
 #pragma once
 
-#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
-#include "gltf_ext/convert/primitive_report.h"
-#include "gltf_ext/convert/stated_grids.h"
+#include "gltf_ext/convert/select_primitives.h"
 
 namespace psplit {
+
+// Reads the primitives that are encoded in memory. Those that turn out to have nothing to encode are added to
+// selected.skipped. Primitives that share points are divided (shared_points.h).
+Expected<std::vector<EncodeJob>> read_jobs(const Document& document, const EncodeDocumentOptions& options,
+                                           SelectedPrimitives& selected, const DecodeBackend& backend,
+                                           const ThreadPool& pool);
 
 // The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
 std::set<std::string> metadata_attributes(const Json& json);
 
-// The name of an extension of the primitive whose data follow the order of points or faces; null if it has
-// none.
-const char* order_dependent_extension(const Json& primitive);
+// Plans all jobs (encoder/encode.h); jobs of a group share their grids. Warns in a job's `warnings` of what the
+// grids cannot keep. Returns the groups.
+Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOptions& options,
+                               const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs,
+                               const ThreadPool& pool);
 
-inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones";
-
-struct EncodeJobs {
-  std::vector<EncodeJob> jobs;  // those that are encoded already, in parts, are the last
+// Selects, reads and plans: for callers with all of the document in memory.
+struct PlannedJobs {
+  std::vector<EncodeJob> jobs;
   SkippedPrimitives skipped;
-  GridGroups groups;
 };
-
-// Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded. With
-// limits.memory, the largest primitives are encoded part by part before, so that all others fit together.
-// `progress` counts the faces of these. `forget` is called when the values of one of them are not read any
-// more. `stated` are grids of primitives that were decoded before.
-Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
-                               const DecodeBackend& backend, const ThreadPool& pool,
-                               const OutOfCoreOptions& limits = {}, const Progress& progress = {},
-                               const std::function<void()>& forget = {}, const StatedGrids& stated = {});
+Expected<PlannedJobs> read_and_plan(const Document& document, const EncodeDocumentOptions& options,
+                                    const DecodeBackend& backend, const ThreadPool& pool);
 
 }  // namespace psplit

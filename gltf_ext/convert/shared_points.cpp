@@ -20,17 +20,17 @@ void keep_points(EncodeJob& job, const std::vector<bool>& keep) {
     number[point] = static_cast<uint32_t>(kept.size());
     kept.push_back(point);
   }
-  for (std::vector<Attribute>* attributes : {&job.mesh.attributes, &job.unrounded})
-    for (Attribute& attribute : *attributes) {
-      const size_t stride = attribute.stride();
-      Array<std::byte> values(stride * kept.size());
-      for (size_t i = 0; i < kept.size(); ++i)
-        std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-      attribute.values = std::move(values);
-    }
-  for (auto& face : job.mesh.faces)
+  Mesh& mesh = job.source.mesh;
+  for (Attribute& attribute : mesh.attributes) {
+    const size_t stride = attribute.stride();
+    Array<std::byte> values(stride * kept.size());
+    for (size_t i = 0; i < kept.size(); ++i)
+      std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
+    attribute.values = std::move(values);
+  }
+  for (auto& face : mesh.faces)
     for (uint32_t& point : face) point = number[point];
-  job.mesh.point_count = static_cast<uint32_t>(kept.size());
+  mesh.point_count = static_cast<uint32_t>(kept.size());
   job.morphs = reorder(job.morphs, kept);
 }
 
@@ -45,7 +45,7 @@ void SharedPoints::divide(const Document& document, std::vector<EncodeJob>& jobs
       sets_.try_emplace({primitive.attributes, primitive.targets}, Set{jobs.size() - 1, {}});
   if (is_first) return;
   std::vector<bool>& used_by_others = found->second.used_by_others;
-  const std::vector<bool> used = used_points(job.mesh);
+  const std::vector<bool> used = used_points(job.source.mesh);
   used_by_others.resize(used.size(), false);
   for (size_t i = 0; i < used.size(); ++i)
     if (used[i]) used_by_others[i] = true;
@@ -55,7 +55,7 @@ void SharedPoints::divide(const Document& document, std::vector<EncodeJob>& jobs
 void SharedPoints::finish(std::vector<EncodeJob>& jobs) const {
   for (const auto& [key, set] : sets_) {
     if (set.used_by_others.empty()) continue;
-    std::vector<bool> keep = used_points(jobs[set.first].mesh);
+    std::vector<bool> keep = used_points(jobs[set.first].source.mesh);
     for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
     keep_points(jobs[set.first], keep);
   }

@@ -17,7 +17,6 @@ std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId 
 
 // For documents whose primitives are decoded before they are encoded: the grids that the streams of all
 // primitives state, by attribute.
-using StatedGrids = std::map<PrimitiveId, std::map<std::string, AttributeCoding>>;
 StatedGrids all_stated_grids(const Document& document, const ThreadPool& pool);
 
 }  // namespace psplit

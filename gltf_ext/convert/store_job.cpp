@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "encoder/spill.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
@@ -39,8 +40,8 @@ Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const st
 }
 
 // The accessors describe a mesh whose values are stored elsewhere.
-void describe(const PrimitiveGroup& group, const PartsContainer& container,
-              std::span<const Attribute> attributes, PrimitiveEditor& editor) {
+void describe(const PrimitiveGroup& group, const EncodedPiece& container, std::span<const Attribute> attributes,
+              PrimitiveEditor& editor) {
   MeshView mesh;
   mesh.point_count = container.point_count;
   mesh.indices = {index_type(mesh.point_count), 1, false, container.face_count * 3, {}, 0};
@@ -57,7 +58,7 @@ void describe(const PrimitiveGroup& group, const PartsContainer& container,
 }
 
 // The mesh that the container or the lone stream decodes to.
-Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const PartsContainer& container,
+Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const EncodedPiece& container,
                                      std::span<const AttributeRequest> requests, bool is_alone,
                                      const OutOfCoreOptions& limits, const ThreadPool& pool) {
   if (!is_alone) {
@@ -81,17 +82,11 @@ Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const Parts
 // Stores the pieces of a job that is in memory.
 void store_in_memory(Document& document, const EncodeJob& job, std::span<const PrimitiveGroup> groups,
                      const char* extension, GeometryData data, PrimitiveEditor& editor) {
-  const auto store = [&](const PrimitiveGroup& group, std::span<const uint8_t> bytes, const Mesh& decoded,
-                         const std::vector<uint32_t>& source_point) {
-    const int64_t view = append_buffer_view(document, bytes);
-    editor.set_geometry(group, decoded, reorder(job.morphs, source_point), data);
-    set_draco_extension(document, group, extension, view, job.encoded.requests);
-  };
-  const EncodedMesh& encoded = job.encoded;
-  if (encoded.lone_streams.empty()) store(groups[0], encoded.container, encoded.decoded, encoded.source_point);
-  for (size_t k = 0; k < encoded.lone_streams.size(); ++k) {
-    const LoneStream& stream = encoded.lone_streams[k];
-    store(groups[k], stream.bytes, stream.decoded, stream.source_point);
+  for (size_t k = 0; k < groups.size(); ++k) {
+    const EncodedPiece& piece = job.encoded.pieces[k];
+    const int64_t view = append_buffer_view(document, piece.bytes);
+    editor.set_geometry(groups[k], piece.decoded, reorder(job.morphs, piece.source_point), data);
+    set_draco_extension(document, groups[k], extension, view, job.encoded.requests);
   }
 }
 
@@ -100,17 +95,17 @@ Status store_parts(Document& document, EncodeJob& job, std::span<const Primitive
                    const ThreadPool& pool, PrimitiveEditor& editor) {
   const std::vector<AttributeRequest>& requests = job.encoded.requests;
   for (size_t k = 0; k < groups.size(); ++k) {
-    PartsContainer& container = job.parts->containers[k];
-    const Expected<int64_t> view = add_container(document, *container.bytes, limits.temporary);
+    EncodedPiece& container = job.encoded.pieces[k];
+    const Expected<int64_t> view = add_container(document, *container.stored, limits.temporary);
     if (!view) return view.status();
-    container.bytes.reset();
+    container.stored.reset();
     if (with_fallback) {
       const Expected<MeshInFile> mesh = decode_fallback(document.buffers.back(), container, requests,
                                                         job.stored_as != StoredAs::kPatches, limits, pool);
       if (!mesh) return mesh.status();
       editor.set_geometry_in_file(groups[k], *mesh);
     } else {
-      describe(groups[k], container, job.mesh.attributes, editor);
+      describe(groups[k], container, job.source.mesh.attributes, editor);
     }
     set_draco_extension(document, groups[k], extension, *view, requests);
   }
@@ -124,7 +119,8 @@ Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGr
                  PrimitiveEditor& editor) {
   const char* const extension = extension_of(job);
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
-  if (job.parts) return store_parts(document, job, groups, extension, with_fallback, limits, pool, editor);
+  if (job.is_in_parts())
+    return store_parts(document, job, groups, extension, with_fallback, limits, pool, editor);
   store_in_memory(document, job, groups, extension,
                   with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere, editor);
   return {};

@@ -50,11 +50,11 @@ int main(int argc, char** argv) {
 
   // A loader knows the container's bytes, and from JSON the attributes.
   psplit::PrimitiveSource source;
-  source.bytes = encoded->container;
+  source.bytes = encoded->pieces[0].bytes;
   source.attributes = encoded->requests;
   const auto primitive = psplit::CompressedPrimitive::open(source);
   if (!primitive) return fail(primitive.status());
-  std::cout << encoded->statistics.patch_count << " patches, " << encoded->container.size()
+  std::cout << encoded->statistics.patch_count << " patches, " << encoded->pieces[0].bytes.size()
             << " bytes: " << primitive->face_count() << " triangles, " << primitive->point_count()
             << " points\n";
 }

@@ -117,7 +117,7 @@ void LargeMesh::gather(uint64_t first, size_t count, std::span<uint8_t> records)
     for (size_t k = 0; k < count; ++k)
       std::memcpy(column.values.data() + k * width, values.at(begin + k), width);
     release_values(values, begin, count);
-    if (wanted_bits(column, options_.coding, options_.exact) > 0) trim_noise(column);
+    if (wanted_bits(column, options_.coding) > 0) trim_noise(column);
     for (size_t k = 0; k < count; ++k)
       std::memcpy(records.data() + k * record_bytes_ + offset, column.values.data() + k * width, width);
     offset += width;

@@ -25,9 +25,8 @@ class LargeMesh {
  public:
   struct Options {
     CodingOptions coding{};
-    std::set<std::string> exact{};  // semantics that stay exact: see choose_codings
-    bool samples_edges = false;     // see edges()
-    bool keep_duplicates = false;   // points that are equal stay apart: see has_proper_face()
+    bool samples_edges = false;    // see edges()
+    bool keep_duplicates = false;  // points that are equal stay apart: see has_proper_face()
     std::function<void()> forget{};
   };
 
@@ -52,15 +51,11 @@ class LargeMesh {
   // The sample of the edges of the whole mesh, if options.samples_edges.
   const EdgeSample& edges() const { return edges_; }
   // The bits that the options want for one of attributes().
-  int bits_of(const Attribute& attribute) const {
-    return wanted_bits(attribute, options_.coding, options_.exact);
-  }
+  int bits_of(const Attribute& attribute) const { return wanted_bits(attribute, options_.coding); }
   // The coding of one of attributes(), by the bounds of all values that are stored.
-  CodingBounds bounds_for(const Attribute& values) const {
-    return wanted_bounds(values, options_.coding, options_.exact);
-  }
+  CodingBounds bounds_for(const Attribute& values) const { return wanted_bounds(values, options_.coding); }
   AttributeCoding coding_of(const Attribute& attribute, const CodingBounds& bounds) const {
-    return choose_coding(attribute, bounds, options_.coding, options_.exact);
+    return choose_coding(attribute, bounds, options_.coding);
   }
 
   // Calls the function with consecutive records, and the number of the first point; in blocks of facets for a

@@ -154,7 +154,7 @@ Expected<ValuesView> accessor_view(const Document& document, int64_t index) {
 }
 
 Json describe_stored(const ValuesView& data) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return Json::object();
   Json accessor = {{"componentType", static_cast<int>(data.component_type)}, {"count", data.count}};
   if (data.normalized) accessor["normalized"] = true;
@@ -163,7 +163,7 @@ Json describe_stored(const ValuesView& data) {
 }
 
 void write_values(const ValuesView& data, int target, uint8_t* to) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return;
   const size_t stride = stride_in_view(*layout, target);
   if (is_packed(*layout, stride) && data.step() == stride && data.count > 0)
@@ -173,7 +173,7 @@ void write_values(const ValuesView& data, int target, uint8_t* to) {
 }
 
 void store_values(Document& document, Json& accessor, const ValuesView& data, int target) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return;  // no glTF type has this number of components
   const size_t stride = stride_in_view(*layout, target);
   Span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(data.bytes.data()), data.count * stride);
@@ -188,7 +188,7 @@ void store_values(Document& document, Json& accessor, const ValuesView& data, in
 
 void place_values(Document& document, Json& accessor, const ValuesView& data, int target, size_t buffer,
                   uint64_t offset) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return;
   Json& views = document.json()["bufferViews"];
   views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", data.count * data.step()}});
@@ -196,12 +196,12 @@ void place_values(Document& document, Json& accessor, const ValuesView& data, in
 }
 
 size_t stored_stride(const ValuesView& data, int target) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   return layout ? stride_in_view(*layout, target) : 0;
 }
 
 void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target) {
-  const std::optional<ElementLayout> layout = data.layout();
+  const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return;
   std::vector<uint32_t> kept;
   for (uint32_t i = 0; i < data.count; ++i)

@@ -2,33 +2,24 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "gltf_ext/document/asset_records.h"
 #include "src/mesh/mesh.h"
+#include "src/mesh/mesh_view.h"
 #include "src/mesh/value_bounds.h"
 #include "system/operating_system.h"
 
 namespace psplit {
 
-// Values in memory that belongs to someone else. They may be in a mapped file: functions that take a view go
-// through it in order, and release what they have read (system/mapped_file.h).
-struct ValuesView {
-  ComponentType component_type = ComponentType::kFloat32;
-  uint8_t component_count = 1;
-  bool normalized = false;
-  uint32_t count = 0;
-  std::span<const std::byte> bytes;
-  size_t stride = 0;  // from one value to the next; 0: tightly packed
+// How buffer views store the values; nothing if no glTF type has this number of components.
+inline std::optional<ElementLayout> layout_of(const ValuesView& values) {
+  return layout_of(values.component_type, values.component_count);
+}
 
-  size_t value_bytes() const { return component_bytes(component_type) * component_count; }
-  size_t step() const { return stride == 0 ? value_bytes() : stride; }
-  const std::byte* at(size_t index) const { return bytes.data() + index * step(); }
-  // How buffer views store the values; nothing if no glTF type has this number of components.
-  std::optional<ElementLayout> layout() const { return layout_of(component_type, component_count); }
-};
-
-// Calls visit(first, end) for the values in steps of about kReleaseStep bytes, and releases the memory of each
-// step. `visit` returns whether to continue. Returns false if it stopped.
+// Values may be in a mapped file: functions that take a view go through it in order, and release what they have
+// read (system/mapped_file.h). Calls visit(first, end) for the values in steps of about kReleaseStep bytes, and
+// releases the memory of each step. `visit` returns whether to continue. Returns false if it stopped.
 template <typename Visit>
 bool for_each_step(const ValuesView& data, Visit&& visit) {
   const size_t step = data.step(), values = std::max<size_t>(1, static_cast<size_t>(kReleaseStep) / step);

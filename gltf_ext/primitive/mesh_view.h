@@ -1,10 +1,8 @@
-// A decoded mesh in memory that belongs to someone else, and that may be a file's.
+// Meshes laid out for the buffers of a document, in memory or in a file.
 #pragma once
 
-#include <cstring>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "gltf_ext/primitive/accessors.h"
@@ -12,29 +10,6 @@
 #include "system/mapped_file.h"
 
 namespace psplit {
-
-struct MeshView {
-  struct Values {
-    std::string semantic;
-    ValuesView values;
-  };
-  uint32_t point_count = 0;
-  std::vector<Values> attributes;
-  ValuesView indices;  // unsigned, three for each face; without bytes they are 0, 1, 2 and so on
-
-  // Null if the mesh has no such attribute.
-  const ValuesView* find(const std::string& semantic) const {
-    for (const Values& attribute : attributes)
-      if (attribute.semantic == semantic) return &attribute.values;
-    return nullptr;
-  }
-  uint32_t index(size_t number) const {
-    if (indices.bytes.empty()) return static_cast<uint32_t>(number);
-    uint32_t index = 0;
-    std::memcpy(&index, indices.at(number), indices.value_bytes());  // little-endian, as glTF
-    return index;
-  }
-};
 
 MeshView view_of(const Mesh& mesh);
 // The indices with the component type of a new accessor.

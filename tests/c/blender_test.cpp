@@ -5,8 +5,8 @@
 
 #include "bindings/c/blender/bridge.h"
 #include "encoder/coding/choose_codings.h"
+#include "encoder/encode.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "encoder/stock_stream.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
@@ -14,6 +14,7 @@
 #include "tests/support/mutants.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -194,19 +195,19 @@ TEST(Blender, EncodesWhatTheEncoderEncodes) {
             attribute.component_type != ComponentType::kFloat32 &&
             (attribute.semantic.starts_with("COLOR_") || attribute.semantic.starts_with("TEXCOORD_") ||
              attribute.semantic.starts_with("WEIGHTS_"));
-      CodingOptions bits;
-      bits.color_bits = 10;
-      bits.given = {true, true, true, true, true};  // Blender states them
-      const std::vector<AttributeCoding> codings = choose_codings(coded, bits);
-      round_weights(coded, codings);
+      EncodeOptions options;
+      options.color_bits = 10;
+      options.given = {true, true, true, true, true};  // Blender states them
+      options.storage = keeps_order ? Storage::kInOrder : Storage::kOneStream;
+      options.keep_duplicates = true;
+      options.encode_speed = 4;
       if (!encoding.is_encoded) {
         EXPECT_TRUE(encoding.bytes.empty());
         EXPECT_EQ(encoderGetEncodedVertexCount(encoding.encoder.get()), 0u);
         continue;
       }
-      const StockStream expected = must(keeps_order ? encode_stock_sequential(coded, codings, 4)
-                                                    : encode_stock_stream(coded, codings, 4));
-      EXPECT_EQ(encoding.bytes, expected.bytes);
+      const EncodedMesh expected = must(encode(coded, options, ThreadPool(1)));
+      EXPECT_EQ(encoding.bytes, expected.pieces[0].bytes);
       for (size_t k = 0; k < encoding.ids.size(); ++k)
         EXPECT_EQ(encoding.ids[k], expected.requests[k].unique_id);
       const RawMesh decoded = must(decode_with_libdraco(encoding.bytes));

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <thread>
 
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/draco_stream.h"
 #include "src/loader/loader.h"
@@ -14,6 +14,7 @@
 #include "tests/support/mutants.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -28,7 +29,7 @@ const PatchedSample& sample_of_many_patches() {
 }
 
 Handle<psplit_mesh> open_sample(const PatchedSample& sample) {
-  return must_open(PSPLIT_KIND_PATCHES, sample.encoded.container, sample.requests);
+  return must_open(PSPLIT_KIND_PATCHES, sample.encoded.pieces[0].bytes, sample.requests);
 }
 
 Handle<psplit_pool> make_pool(int32_t threads) {
@@ -49,7 +50,7 @@ TEST(CDecode, ContainersAreTheBackendsMeshes) {
     ASSERT_EQ(info.point_count, expected.point_count);
     ASSERT_EQ(info.face_count, expected.faces.size());
     ASSERT_EQ(info.attribute_count, sample.requests.size());
-    EXPECT_EQ(info.patch_count, sample.encoded.entries.size());
+    EXPECT_EQ(info.patch_count, sample.encoded.pieces[0].entries.size());
     for (uint32_t k = 0; k < info.attribute_count; ++k) {
       const psplit_attribute_info attribute = attribute_of(mesh.get(), k);
       EXPECT_EQ(attribute.name, sample.requests[k].semantic);
@@ -77,7 +78,7 @@ TEST(CDecode, PatchesAloneAreThoseOfTheLoader) {
   for (const PatchedSample& sample : samples()) {
     SCOPED_TRACE(sample.name);
     const CompressedPrimitive primitive =
-        must(CompressedPrimitive::open({sample.encoded.container, sample.requests}));
+        must(CompressedPrimitive::open({sample.encoded.pieces[0].bytes, sample.requests}));
     const Handle<psplit_mesh> mesh = open_sample(sample);
     ASSERT_EQ(info_of(mesh.get()).patch_count, primitive.patch_count());
     EXPECT_EQ(info_of(mesh.get()).has_residue, primitive.has_residue());
@@ -393,7 +394,7 @@ TEST(CDecode, OneHandleServesManyThreads) {
 
 TEST(CDecode, ACopyOutlivesTheBytes) {
   const PatchedSample& sample = sample_of_many_patches();
-  std::vector<uint8_t> bytes = sample.encoded.container;
+  std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
   const Handle<psplit_mesh> mesh = must_open(PSPLIT_KIND_PATCHES, bytes, sample.requests, PSPLIT_COPY);
   std::fill(bytes.begin(), bytes.end(), uint8_t{0xee});
   bytes = {};
@@ -438,7 +439,7 @@ TEST(CDecode, MutantsAreErrors) {
   std::mt19937 random(1);
   const size_t count = fewer_with_sanitizers(500);
   for (size_t i = 0; i < count; ++i) {
-    std::vector<uint8_t> container = sample.encoded.container, stream = stock.bytes;
+    std::vector<uint8_t> container = sample.encoded.pieces[0].bytes, stream = stock.bytes;
     for (std::vector<uint8_t>* bytes : {&container, &stream}) {
       edit(*bytes, random() % (i % 2 == 0 ? 200 : bytes->size()), random);
       if (i % 3 == 0) bytes->resize(random() % bytes->size());
@@ -456,10 +457,10 @@ TEST(CDecode, TruncationsAreErrors) {
     const Mesh mesh = make_grid(6, 6);
     return encode_sample("grid", mesh, fine_codings(mesh, 12), {.patch_count = 3}, ThreadPool(1));
   }();
-  for_each_truncation(small.encoded.container, [&](const std::vector<uint8_t>& bytes) {
+  for_each_truncation(small.encoded.pieces[0].bytes, [&](const std::vector<uint8_t>& bytes) {
     EXPECT_NE(open_bytes(PSPLIT_KIND_PATCHES, bytes, small.requests).code, PSPLIT_OK);
   });
-  const PatchContainer container = must(open_container(small.encoded.container));
+  const PatchContainer container = must(open_container(small.encoded.pieces[0].bytes));
   for_each_truncation(container.streams[0], [&](const std::vector<uint8_t>& bytes) {
     try_bytes(PSPLIT_KIND_DRACO, bytes, small.requests);
     EXPECT_NE(open_bytes(PSPLIT_KIND_DRACO_FILE, bytes).code, PSPLIT_OK);
@@ -468,11 +469,11 @@ TEST(CDecode, TruncationsAreErrors) {
 
 TEST(CDecode, ErrorsNameThePatch) {
   const PatchedSample& sample = sample_of_many_patches();
-  const PatchContainer container = must(open_container(sample.encoded.container));
-  std::vector<uint8_t> bytes = sample.encoded.container;
+  const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
+  std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
   // The end of the second stream becomes other bytes: its connectivity or values do not decode.
   const auto end = static_cast<size_t>(container.streams[1].data() + container.streams[1].size() -
-                                       sample.encoded.container.data());
+                                       sample.encoded.pieces[0].bytes.data());
   std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(end - container.streams[1].size() * 9 / 10),
             bytes.begin() + static_cast<std::ptrdiff_t>(end), uint8_t{0xff});
   const Opened opened = open_bytes(PSPLIT_KIND_PATCHES, bytes, sample.requests);

@@ -1,13 +1,15 @@
 // Encoding through the C interface gives the bytes of the C++ interface.
+#include "encoder/encode.h"
+
 #include <algorithm>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/encode_mesh.h"
-#include "encoder/stock_stream.h"
 #include "tests/c/handles.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -97,23 +99,22 @@ void expect_requests(const Result& result, std::span<const AttributeRequest> exp
   }
 }
 
-TEST(CEncode, ContainersAreThoseOfEncodeMesh) {
+TEST(CEncode, ContainersAreThoseOfTheEncoder) {
   size_t encoded = 0;
   const ThreadPool pool(2);
   for (const auto& [name, mesh] : all_meshes()) {
     SCOPED_TRACE(name);
-    Mesh coded = mesh;
-    const std::vector<AttributeCoding> codings = choose_codings(coded, {});
-    round_weights(coded, codings);
     EncodeOptions expected_options;
-    expected_options.patch_count = 3;
-    const Expected<EncodedMesh> expected = encode_mesh(coded, codings, expected_options, pool);
+    expected_options.storage = Storage::kContainer;
+    expected_options.patches.count = 3;
+    const Expected<EncodedMesh> expected = encode(mesh, expected_options, pool);
     if (!expected) {
       const CSource source(mesh);
       EXPECT_NE(encode(source.source, nullptr).code, PSPLIT_OK);
       continue;
     }
     psplit_encode_options options = default_options();
+    options.kind = PSPLIT_KIND_PATCHES;
     options.patch_count = 3;
     options.threads = 1 + static_cast<int32_t>(encoded % 3);
     const CSource source(mesh,
@@ -124,10 +125,10 @@ TEST(CEncode, ContainersAreThoseOfEncodeMesh) {
     const Result result = encode(source.source, &options);
     ASSERT_EQ(result.code, PSPLIT_OK) << result.error.text;
     EXPECT_EQ(result.info.kind, PSPLIT_KIND_PATCHES);
-    EXPECT_EQ(result.bytes(), expected->container);
-    EXPECT_EQ(result.source_points(), expected->source_point);
-    EXPECT_EQ(result.info.face_count, expected->decoded.faces.size());
-    EXPECT_EQ(result.info.patch_count, expected->entries.size());
+    EXPECT_EQ(result.bytes(), expected->pieces[0].bytes);
+    EXPECT_EQ(result.source_points(), expected->pieces[0].source_point);
+    EXPECT_EQ(result.info.face_count, expected->pieces[0].decoded.faces.size());
+    EXPECT_EQ(result.info.patch_count, expected->pieces[0].entries.size());
     EXPECT_EQ(result.info.position_error, expected->statistics.position_error.value_or(-1));
     expect_requests(result, expected->requests);
     ++encoded;
@@ -142,24 +143,22 @@ TEST(CEncode, StockStreamsAreThoseOfTheEncoder) {
   options.speed = 3;
   for (const auto& [name, mesh] : all_meshes()) {
     SCOPED_TRACE(name);
-    Mesh coded = mesh;
-    const std::vector<AttributeCoding> codings = choose_codings(coded, {});
-    round_weights(coded, codings);
+    EncodeOptions expected_options;
+    expected_options.storage = Storage::kOneStream;
+    expected_options.keep_duplicates = true;
+    expected_options.encode_speed = options.speed;
+    const Expected<EncodedMesh> expected = encode(mesh, expected_options, ThreadPool(1));
     const CSource source(mesh);
     const Result result = encode(source.source, &options);
-    if (result.code != PSPLIT_OK) {
-      // What check_mesh refuses is not given to the encoder of streams.
-      EXPECT_FALSE(encode_mesh(coded, codings, {}, ThreadPool(1)).ok());
-      continue;
-    }
-    const StockStream expected = must(encode_stock_stream(coded, codings, options.speed));
+    ASSERT_EQ(result.code == PSPLIT_OK, expected.ok());
+    if (!expected) continue;
     EXPECT_EQ(result.info.kind, PSPLIT_KIND_DRACO);
-    EXPECT_EQ(result.bytes(), expected.bytes);
-    EXPECT_EQ(result.source_points(), expected.source_point);
-    EXPECT_EQ(result.info.face_count, expected.decoded.faces.size());
+    EXPECT_EQ(result.bytes(), expected->pieces[0].bytes);
+    EXPECT_EQ(result.source_points(), expected->pieces[0].source_point);
+    EXPECT_EQ(result.info.face_count, expected->pieces[0].decoded.faces.size());
     EXPECT_EQ(result.info.patch_count, 1u);
-    EXPECT_LT(result.info.position_error, 0);
-    expect_requests(result, expected.requests);
+    EXPECT_EQ(result.info.position_error, expected->statistics.position_error.value_or(-1));
+    expect_requests(result, expected->requests);
     ++encoded;
   }
   EXPECT_GT(encoded, 20u);

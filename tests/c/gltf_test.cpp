@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 #include "gltf_ext/json/glb.h"
 #include "tests/c/handles.h"
 #include "tests/support/default_codings.h"
@@ -11,6 +11,7 @@
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/sanitizers.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -42,7 +43,7 @@ struct File {
   std::vector<uint8_t> first{}, second{};
 
   explicit File(const std::string& uris = "") {
-    const std::vector<uint8_t>&container = gltf_sample().patches.encoded.container,
+    const std::vector<uint8_t>&container = gltf_sample().patches.encoded.pieces[0].bytes,
           &stream = gltf_sample().stock.bytes;
     first = container;
     first.resize((first.size() + 3) / 4 * 4);

@@ -20,7 +20,7 @@ const PatchedSample& grid_sample() {
 }
 
 Handle<psplit_mesh> open_grid() {
-  return must_open(PSPLIT_KIND_PATCHES, grid_sample().encoded.container, grid_sample().requests);
+  return must_open(PSPLIT_KIND_PATCHES, grid_sample().encoded.pieces[0].bytes, grid_sample().requests);
 }
 
 // A struct with bytes behind it, as a newer program has it.
@@ -73,8 +73,8 @@ void expect_written(Call call) {
 psplit_source right_source(const std::vector<psplit_attribute_request>& requests) {
   auto source = init<psplit_source>();
   source.kind = PSPLIT_KIND_PATCHES;
-  source.data = grid_sample().encoded.container.data();
-  source.size = grid_sample().encoded.container.size();
+  source.data = grid_sample().encoded.pieces[0].bytes.data();
+  source.size = grid_sample().encoded.pieces[0].bytes.size();
   source.attributes = requests.data();
   source.attribute_count = static_cast<uint32_t>(requests.size());
   return source;
@@ -307,7 +307,7 @@ TEST(CUsage, BuffersMustFit) {
   };
   expect_all(open_grid().get(), grid_sample().requests);
   const std::vector<uint8_t> stream = [] {
-    const PatchContainer container = must(open_container(grid_sample().encoded.container));
+    const PatchContainer container = must(open_container(grid_sample().encoded.pieces[0].bytes));
     return std::vector<uint8_t>(container.streams[0].begin(), container.streams[0].end());
   }();
   expect_all(must_open(PSPLIT_KIND_DRACO_FILE, stream).get(), grid_sample().requests);

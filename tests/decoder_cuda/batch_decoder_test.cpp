@@ -47,7 +47,9 @@ CudaPrimitive primitive_of(const PatchContainer& container, std::span<const Attr
 struct Loaded {
   explicit Loaded(const PatchedSample& of) : Loaded(of, of.requests) {}
   Loaded(const PatchedSample& of, std::span<const AttributeRequest> requests)
-      : sample(of), input(opened(of.encoded.container)), primitive(primitive_of(input, requests, outputs)) {}
+      : sample(of),
+        input(opened(of.encoded.pieces[0].bytes)),
+        primitive(primitive_of(input, requests, outputs)) {}
   Loaded(const Loaded&) = delete;
   Loaded& operator=(const Loaded&) = delete;
 
@@ -86,7 +88,7 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   const auto expect_decoded = [&](const PatchedSample& sample) {
     SCOPED_TRACE(sample.name);
     padding = padding == 3 ? 4 : 3;
-    const PatchContainer input = opened(sample.encoded.container);
+    const PatchContainer input = opened(sample.encoded.pieces[0].bytes);
     const Mesh* const expected = &sample.mesh;
     uint32_t stride = padding;
     for (const Attribute& attribute : expected->attributes) stride += static_cast<uint32_t>(attribute.stride());
@@ -115,7 +117,7 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
     }
   };
   for (const PatchedSample& sample : all_samples(pool))
-    if (sample.encoded.container.size() <= kMostBytes) expect_decoded(sample);
+    if (sample.encoded.pieces[0].bytes.size() <= kMostBytes) expect_decoded(sample);
   for (const PatchedSample& sample : large_samples(pool)) expect_decoded(sample);
 }
 
@@ -297,7 +299,7 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   size_t count = 0;
   for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    if (sample.encoded.container.size() > kMostBytes) continue;
+    if (sample.encoded.pieces[0].bytes.size() > kMostBytes) continue;
     Loaded loaded(sample);
     const PatchContainer& container = loaded.input;
     const Outputs& outputs = loaded.outputs;
@@ -335,8 +337,8 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   size_t count = 0;
   for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    if (sample.encoded.container.size() > kMostBytes) continue;
-    const PatchContainer container = opened(sample.encoded.container);
+    if (sample.encoded.pieces[0].bytes.size() > kMostBytes) continue;
+    const PatchContainer container = opened(sample.encoded.pieces[0].bytes);
     constexpr uint32_t kFirst = 1;
     const uint32_t end = std::min<uint32_t>(4, static_cast<uint32_t>(container.entries.size()));
     std::vector<Mesh> expected;
@@ -390,7 +392,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
 TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
   const ThreadPool pool(2);
   const PatchedSample& sample = patched_samples(pool).front();
-  const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
+  const std::span<const uint8_t> stream = open_container(sample.encoded.pieces[0].bytes)->streams[0];
   const Mesh expected = must(decode_stream(draco_backend(), stream, sample.requests));
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   for (const uint32_t less : {0u, 1u}) {
@@ -410,7 +412,7 @@ TEST(BatchDecoder, BoundsStockStreams) {
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
+    const std::span<const uint8_t> stream = open_container(sample.encoded.pieces[0].bytes)->streams[0];
     const PatchContainer input = open_stream(stream);
     const Mesh expected = must(decode_stream(draco_backend(), stream, sample.requests));
     if (sample.requests[0].component_type != ComponentType::kFloat32 || expected.point_count == 0) continue;
@@ -433,7 +435,7 @@ TEST(BatchDecoder, TakesContainersOnTheDevice) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   const PatchedSample& sample = patched_samples(pool).front();
-  std::vector<uint8_t> on_device = sample.encoded.container;
+  std::vector<uint8_t> on_device = sample.encoded.pieces[0].bytes;
   Loaded loaded(sample);
   loaded.primitive.device_bytes = on_device.data();
   must(decode(decoder, loaded.primitive));
@@ -450,8 +452,8 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    if (sample.encoded.container.size() > kMostBytes) continue;
-    const PatchContainer input = opened(sample.encoded.container);
+    if (sample.encoded.pieces[0].bytes.size() > kMostBytes) continue;
+    const PatchContainer input = opened(sample.encoded.pieces[0].bytes);
     const Mesh& expected = sample.mesh;
     for (size_t i = 0; i < sample.requests.size(); ++i) {
       const AttributeRequest& request = sample.requests[i];
@@ -493,7 +495,7 @@ TEST(BatchDecoder, RefusesPlacesOnSeveralGrids) {
     std::vector<StreamEntry> entries;
     std::vector<std::vector<uint8_t>> streams;
     for (const EncodedMesh* const mesh : {&small, second}) {
-      const Expected<PatchContainer> one = open_container(mesh->container);
+      const Expected<PatchContainer> one = open_container(mesh->pieces[0].bytes);
       ASSERT_TRUE(one && one->entries.size() == 1 && one->entries[0].stitch_bytes == 0);
       entries.push_back(one->entries[0]);
       streams.emplace_back(one->streams[0].begin(), one->streams[0].end());
@@ -577,13 +579,14 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
   size_t refused = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const auto whole = must(open_container(sample.encoded.container));
+    const auto whole = must(open_container(sample.encoded.pieces[0].bytes));
     if (whole.patch_count() < 3) continue;
-    if (sample.encoded.container.size() > kMostBytes) continue;
+    if (sample.encoded.pieces[0].bytes.size() > kMostBytes) continue;
     const Mesh& expected = sample.mesh;
     const uint32_t broken = static_cast<uint32_t>(random()) % whole.patch_count();
-    std::vector<uint8_t> bytes = sample.encoded.container;
-    const auto stream_at = static_cast<size_t>(whole.streams[broken].data() - sample.encoded.container.data());
+    std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
+    const auto stream_at =
+        static_cast<size_t>(whole.streams[broken].data() - sample.encoded.pieces[0].bytes.data());
     // Not the header, which the host reads.
     for (size_t at = whole.streams[broken].size() / 3; at < whole.streams[broken].size(); ++at)
       bytes[stream_at + at] = static_cast<uint8_t>(random());

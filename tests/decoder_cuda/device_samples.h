@@ -30,7 +30,7 @@ inline PatchedSample grid_sample(uint32_t side, uint32_t patch_count, uint32_t a
   }
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
-  const EncodeOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
+  const StreamOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
   return encode_sample("grid", mesh, codings, options, pool);
 }
 

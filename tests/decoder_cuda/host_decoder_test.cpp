@@ -42,7 +42,7 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
     for (const PatchedSample& sample : *samples) {
       SCOPED_TRACE(sample.name);
       const Mesh decoded =
-          must(decode(decoders[count++ % decoders.size()], sample.encoded.container, sample.requests));
+          must(decode(decoders[count++ % decoders.size()], sample.encoded.pieces[0].bytes, sample.requests));
       EXPECT_TRUE(same_bits(decoded, sample.mesh));
     }
 }
@@ -59,8 +59,8 @@ TEST(HostDecoder, DecodesCondensedPatchesAlone) {
     for (uint32_t i = 0; i < std::min<size_t>(container.entries.size(), 3); ++i) {
       const PatchContainer alone = container.alone(i);
       with_borders += alone.borders != nullptr;
-      const Mesh expected =
-          must(draco_backend().decode(opened(sample.original.encoded.container).alone(i), requests, pool));
+      const Mesh expected = must(
+          draco_backend().decode(opened(sample.original.encoded.pieces[0].bytes).alone(i), requests, pool));
       const Mesh decoded = must(backend_of(decoder).decode(alone, requests, pool));
       EXPECT_TRUE(same_bits(decoded, expected));
     }
@@ -73,7 +73,7 @@ TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample>& samples = all_samples(pool);
   std::vector<PatchContainer> containers;
-  for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
+  for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.pieces[0].bytes));
   std::vector<DecodeTask> tasks;
   for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
   for (const uint64_t limit : {uint64_t{0}, uint64_t{1}, uint64_t{400'000}, uint64_t{4'000'000}}) {
@@ -96,7 +96,7 @@ TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
 TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(100, 40, 0, pool);
-  const std::vector<uint8_t>& container = sample.encoded.container;
+  const std::vector<uint8_t>& container = sample.encoded.pieces[0].bytes;
   const size_t before = EmulatedDevice::bytes_in_use();
   size_t whole = 0;
   {
@@ -121,8 +121,8 @@ TEST(HostDecoder, StaysWithinItsMemoryFromBatchToBatch) {
   const ThreadPool pool(2);
   const PatchedSample small = grid_sample(1, 1, 0, pool), large = grid_sample(200, 100, 3, pool);
   constexpr size_t kCount = 1500, kLimit = 2'000'000;
-  const PatchContainer small_container = opened(small.encoded.container),
-                       large_container = opened(large.encoded.container);
+  const PatchContainer small_container = opened(small.encoded.pieces[0].bytes),
+                       large_container = opened(large.encoded.pieces[0].bytes);
   std::vector<DecodeTask> tasks(2 * kCount + 1, {&small_container, small.requests});
   tasks[kCount] = {&large_container, large.requests};
   const size_t before = EmulatedDevice::bytes_in_use();
@@ -139,15 +139,15 @@ TEST(HostDecoder, UploadsLargeMeshesOnce) {
   const PatchedSample sample = grid_sample(100, 40, 0, pool);
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), 200'000};
   EmulatedDevice::work() = {};
-  ASSERT_TRUE(decode(decoder, sample.encoded.container, sample.requests));
+  ASSERT_TRUE(decode(decoder, sample.encoded.pieces[0].bytes, sample.requests));
   // Beside the container: the tables of each window, and the patches that it refers to.
-  EXPECT_LT(EmulatedDevice::work().uploaded_bytes, 3 * sample.encoded.container.size());
+  EXPECT_LT(EmulatedDevice::work().uploaded_bytes, 3 * sample.encoded.pieces[0].bytes.size());
 }
 
 TEST(HostDecoder, DownloadsManyResultsAtOnce) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(4, 1, 2, pool);
-  const PatchContainer container = opened(sample.encoded.container);
+  const PatchContainer container = opened(sample.encoded.pieces[0].bytes);
   const std::vector<DecodeTask> tasks(100, {&container, sample.requests});
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   EmulatedDevice::work() = {};
@@ -159,8 +159,8 @@ TEST(HostDecoder, DownloadsManyResultsAtOnce) {
 TEST(HostDecoder, AShortageEndsOneTask) {
   const ThreadPool pool(2);
   const PatchedSample small = grid_sample(10, 1, 0, pool), large = grid_sample(100, 1, 0, pool);
-  const PatchContainer small_container = opened(small.encoded.container),
-                       large_container = opened(large.encoded.container);
+  const PatchContainer small_container = opened(small.encoded.pieces[0].bytes),
+                       large_container = opened(large.encoded.pieces[0].bytes);
   const std::vector<DecodeTask> tasks{{&small_container, small.requests},
                                       {&large_container, large.requests},
                                       {&small_container, small.requests}};
@@ -178,7 +178,7 @@ TEST(HostDecoder, LaunchesNoMoreThanMostStreamsNeed) {
   const PatchedSample sample = grid_sample(10, 2, 50, pool);
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   EmulatedDevice::work() = {};
-  const Mesh decoded = must(decode(decoder, sample.encoded.container, sample.requests));
+  const Mesh decoded = must(decode(decoder, sample.encoded.pieces[0].bytes, sample.requests));
   EXPECT_TRUE(same_bits(decoded, sample.mesh));
   EXPECT_LE(EmulatedDevice::work().most_items, 2 * LaunchPlan::kMostRuns);
   EXPECT_LE(EmulatedDevice::work().launches, 6 + 2 * LaunchPlan::kMostRounds);
@@ -191,7 +191,7 @@ TEST(HostDecoder, TakesStockStreams) {
   std::vector<PatchContainer> streams;
   std::vector<std::span<const AttributeRequest>> requests;
   for (const PatchedSample& sample : samples)
-    for (const std::span<const uint8_t> stream : opened(sample.encoded.container).streams) {
+    for (const std::span<const uint8_t> stream : opened(sample.encoded.pieces[0].bytes).streams) {
       streams.push_back(open_stream(stream));
       requests.push_back(sample.requests);
     }
@@ -220,7 +220,7 @@ TEST(HostDecoder, DecodesSomeAttributesOnly) {
     const std::vector<AttributeRequest> first{sample.requests.front()};
     Mesh expected = sample.mesh;
     expected.attributes.resize(1);
-    EXPECT_TRUE(same_bits(must(decode(decoder, sample.encoded.container, first)), expected));
+    EXPECT_TRUE(same_bits(must(decode(decoder, sample.encoded.pieces[0].bytes, first)), expected));
   }
   EXPECT_GT(count, 10u);
 }
@@ -241,7 +241,7 @@ TEST(HostDecoder, WritesToBuffersOfTheCaller) {
     const DecodeBackend backend = backend_of(decoder);
     for (const PatchedSample& sample : patched_samples(pool)) {
       SCOPED_TRACE(sample.name);
-      const auto primitive = must(CompressedPrimitive::open({sample.encoded.container, sample.requests}));
+      const auto primitive = must(CompressedPrimitive::open({sample.encoded.pieces[0].bytes, sample.requests}));
       ++count;
       Buffers buffers(sample.requests, sample.mesh.point_count, primitive.face_count(), 2, 3);
       const LoadOptions options{.backend = &backend};
@@ -334,7 +334,7 @@ TEST(Uploader, CopiesArraysOfAllSizesOneAfterTheOther) {
 TEST(HostDecoder, StopsBeforeTheNextBatch) {
   const ThreadPool pool(1);
   const PatchedSample sample = grid_sample(20, 4, 0, pool);
-  const PatchContainer container = opened(sample.encoded.container);
+  const PatchContainer container = opened(sample.encoded.pieces[0].bytes);
   const std::vector<DecodeTask> tasks(3, {&container, sample.requests});
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), 1};  // a batch for each patch
   std::atomic<bool> stop = false;
@@ -353,7 +353,7 @@ TEST(HostDecoder, StopsBeforeTheNextBatch) {
 TEST(HostDecoder, ErrorsEndOneTask) {
   const ThreadPool pool(1);
   const PatchedSample sample = grid_sample(20, 1, 0, pool);
-  const PatchContainer container = opened(sample.encoded.container);
+  const PatchContainer container = opened(sample.encoded.pieces[0].bytes);
   std::vector<uint8_t> old_bytes(container.streams[0].begin(), container.streams[0].end());
   old_bytes[6] = 1;
   const PatchContainer old = open_stream(old_bytes);
@@ -375,8 +375,8 @@ TEST(HostDecoder, ErrorsEndOneTask) {
 TEST(HostDecoder, RefusesStreamsOfTooManyFaces) {
   const ThreadPool pool(1);
   const PatchedSample small = grid_sample(10, 2, 0, pool), large = grid_sample(40, 2, 0, pool);
-  const PatchContainer small_container = opened(small.encoded.container),
-                       large_container = opened(large.encoded.container);
+  const PatchContainer small_container = opened(small.encoded.pieces[0].bytes),
+                       large_container = opened(large.encoded.pieces[0].bytes);
   uint32_t most = 0;
   for (const core::StreamHeader& header : small_container.headers)
     most = std::max(most, header.counts.face_count);

@@ -22,8 +22,8 @@ void expect_mutants_as_on_cpu(Decode decode, int count = 3000) {
   size_t accepted = 0;
   for (int i = 0; i < count; ++i) {
     const PatchedSample& seed = seeds[random() % seeds.size()];
-    if (seed.encoded.container.size() > 10'000) continue;
-    std::vector<uint8_t> bytes = seed.encoded.container;
+    if (seed.encoded.pieces[0].bytes.size() > 10'000) continue;
+    std::vector<uint8_t> bytes = seed.encoded.pieces[0].bytes;
     bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
         static_cast<uint8_t>(random());
     const Expected<Mesh> expected = decode_container(cpu_backend(), bytes, seed.requests, pool);

@@ -22,7 +22,7 @@ TEST(Cuda, EqualsLibdraco) {
   for (const std::vector<PatchedSample>* samples : {&patched_samples(pool), &large_samples(pool)})
     for (const PatchedSample& sample : *samples) {
       SCOPED_TRACE(sample.name);
-      const Mesh decoded = must(decode_container(cuda, sample.encoded.container, sample.requests, pool));
+      const Mesh decoded = must(decode_container(cuda, sample.encoded.pieces[0].bytes, sample.requests, pool));
       EXPECT_TRUE(same_bits(decoded, sample.mesh));
     }
 }

@@ -12,15 +12,15 @@
 namespace psplit {
 namespace {
 
-Expected<EncodedMesh> encode(const Mesh& mesh, const EncodeOptions& options, bool lossless = false) {
+Expected<EncodedMesh> encode(const Mesh& mesh, const StreamOptions& options, bool lossless = false) {
   return encode_mesh(mesh, default_codings(mesh, lossless).codings, options, ThreadPool(2));
 }
 
 // A grid in several patches, all of them condensed.
 EncodedMesh condensed_grid() {
-  const EncodeOptions options{.patch_count = 9, .condense = true};
+  const StreamOptions options{.patch_count = 9, .condense = true};
   EncodedMesh encoded = std::move(*encode(make_grid(60, 60), options));
-  EXPECT_EQ(open_container(encoded.container)->condensed_count(), 9u);
+  EXPECT_EQ(open_container(encoded.pieces[0].bytes)->condensed_count(), 9u);
   return encoded;
 }
 
@@ -31,25 +31,25 @@ TEST(EncodeCondensed, ExpandsToThePlainContainer) {
   for (const NamedMesh& named : all_meshes())
     for (const bool lossless : {false, true}) {
       SCOPED_TRACE(named.name);
-      EncodeOptions options{.patch_count = 1 + round++ % 7, .encode_speed = static_cast<int>(round * 3 % 11)};
+      StreamOptions options{.patch_count = 1 + round++ % 7, .encode_speed = static_cast<int>(round * 3 % 11)};
       const Expected<EncodedMesh> plain = encode(named.mesh, options, lossless);
       options.condense = true;
       options.condense_smallest = round % 2 == 0;
       const Expected<EncodedMesh> condensed = encode(named.mesh, options, lossless);
       ASSERT_TRUE(plain && condensed) << plain.status().to_string() << condensed.status().to_string();
-      const PatchContainer plain_container = *open_container(plain->container);
-      const PatchContainer container = *open_container(condensed->container);
+      const PatchContainer plain_container = *open_container(plain->pieces[0].bytes);
+      const PatchContainer container = *open_container(condensed->pieces[0].bytes);
       if (container.condensed_count() == 0) {
-        EXPECT_EQ(condensed->container, plain->container);
+        EXPECT_EQ(condensed->pieces[0].bytes, plain->pieces[0].bytes);
         ++kept_count;
         continue;
       }
       ++condensed_count;
-      EXPECT_LT(condensed->container.size(), plain->container.size());
+      EXPECT_LT(condensed->pieces[0].bytes.size(), plain->pieces[0].bytes.size());
       const auto expanded = must(expand_container(container, pool));
-      EXPECT_EQ(expanded, plain->container);
-      EXPECT_EQ(condensed->source_point, plain->source_point);
-      EXPECT_TRUE(same_bits(condensed->decoded, plain->decoded));
+      EXPECT_EQ(expanded, plain->pieces[0].bytes);
+      EXPECT_EQ(condensed->pieces[0].source_point, plain->pieces[0].source_point);
+      EXPECT_TRUE(same_bits(condensed->pieces[0].decoded, plain->pieces[0].decoded));
       for (uint32_t i = 0; i < container.entries.size(); ++i) {
         const PatchContainer alone = container.alone(i);
         const Mesh patch = must(draco_backend().decode(alone, condensed->requests, pool));
@@ -63,14 +63,14 @@ TEST(EncodeCondensed, ExpandsToThePlainContainer) {
 
 // The residue is never condensed, so its row does not say whether it is.
 TEST(EncodeCondensed, RefusesACondensedStreamAsTheResidue) {
-  std::vector<uint8_t> bytes = condensed_grid().container;
+  std::vector<uint8_t> bytes = condensed_grid().pieces[0].bytes;
   bytes[5] = 1;
   EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
 }
 
 TEST(EncodeCondensed, RefusesAHeadWithoutCondensedStreams) {
   const EncodedMesh encoded = condensed_grid();
-  const PatchContainer condensed = *open_container(encoded.container);
+  const PatchContainer condensed = *open_container(encoded.pieces[0].bytes);
   ContainerParts parts(condensed);
   for (uint32_t i = 0; i < parts.entries.size(); ++i) {
     parts.streams[i] = *expand_patch(condensed, i);

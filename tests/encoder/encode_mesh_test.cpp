@@ -22,17 +22,17 @@ namespace psplit {
 namespace {
 
 // With keep_duplicates nothing at all may change but the order and the grid.
-void expect_same_mesh_back(const NamedMesh& named, const EncodeOptions& options, bool lossless) {
+void expect_same_mesh_back(const NamedMesh& named, const StreamOptions& options, bool lossless) {
   const Mesh& mesh = named.mesh;
   const Coded coded = default_codings(mesh, lossless);
   const ThreadPool pool(2);
   const EncodedMesh encoded = must(encode_mesh(mesh, coded.codings, options, pool));
-  const Mesh decoded = must(decode_container(draco_backend(), encoded.container, encoded.requests, pool));
+  const Mesh decoded = must(decode_container(draco_backend(), encoded.pieces[0].bytes, encoded.requests, pool));
   EXPECT_EQ(compare_meshes(mesh, decoded, coded.tolerances), "");
 }
 
 TEST(EncodeMesh, EveryMeshComesBackQuantized) {
-  EncodeOptions options{.keep_duplicates = true};
+  StreamOptions options{.keep_duplicates = true};
   for (const NamedMesh& named : all_meshes())
     for (uint32_t patch_count : {1u, 2u, 7u, 1000000u}) {
       SCOPED_TRACE(named.name + " in " + std::to_string(patch_count) + " patches");
@@ -46,7 +46,7 @@ TEST(EncodeMesh, EveryMeshComesBackQuantized) {
 }
 
 TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
-  EncodeOptions options{.patch_count = 3, .keep_duplicates = true};
+  StreamOptions options{.patch_count = 3, .keep_duplicates = true};
   for (const NamedMesh& named : all_meshes()) {
     if (named.mesh.faces.size() > 20000) continue;
     for (int speed : {0, 2, 4, 6, 8, 10}) {
@@ -60,7 +60,7 @@ TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
 
 // libdraco and the encoder of our own write the same container, with a residue or without.
 TEST(EncodeMesh, BothEncodersWriteTheSameBytes) {
-  EncodeOptions options;
+  StreamOptions options;
   for (const NamedMesh& named : all_meshes()) {
     if (named.mesh.faces.size() > 20000) continue;
     const std::vector<AttributeCoding> codings = default_codings(named.mesh, false).codings;
@@ -73,8 +73,8 @@ TEST(EncodeMesh, BothEncodersWriteTheSameBytes) {
         const EncodedMesh ours = must(encode_mesh(named.mesh, codings, options, ThreadPool(2)));
         options.by_libdraco = true;
         const EncodedMesh reference = must(encode_mesh(named.mesh, codings, options, ThreadPool(2)));
-        EXPECT_EQ(ours.container, reference.container);
-        EXPECT_EQ(ours.source_point, reference.source_point);
+        EXPECT_EQ(ours.pieces[0].bytes, reference.pieces[0].bytes);
+        EXPECT_EQ(ours.pieces[0].source_point, reference.pieces[0].source_point);
       }
   }
 }
@@ -119,18 +119,18 @@ TEST(EncodeMesh, WholeNumbersComeBackFromEveryCodec) {
     ASSERT_TRUE(codings[1].exact);
     std::vector<uint8_t> bytes;
     for (const bool by_libdraco : {false, true}) {
-      EncodeOptions options{.patch_count = 3, .by_libdraco = by_libdraco};
+      StreamOptions options{.patch_count = 3, .by_libdraco = by_libdraco};
       const EncodedMesh encoded = must(encode_mesh(mesh, codings, options, ThreadPool(1)));
       for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
         const Mesh decoded =
-            must(decode_container(backend, encoded.container, encoded.requests, ThreadPool(1)));
+            must(decode_container(backend, encoded.pieces[0].bytes, encoded.requests, ThreadPool(1)));
         const auto back = values_of<float>(*decoded.find("_ID"));
-        for (size_t i = 0; i < back.size(); ++i) ASSERT_EQ(back[i], ids[encoded.source_point[i]]);
+        for (size_t i = 0; i < back.size(); ++i) ASSERT_EQ(back[i], ids[encoded.pieces[0].source_point[i]]);
       }
       if (by_libdraco) {
-        EXPECT_EQ(encoded.container, bytes);
+        EXPECT_EQ(encoded.pieces[0].bytes, bytes);
       }
-      bytes = encoded.container;
+      bytes = encoded.pieces[0].bytes;
     }
   }
 }
@@ -141,15 +141,15 @@ TEST(EncodeMesh, PatchesAreInTheOrderThatIsAskedFor) {
     if (named.mesh.faces.size() < 400 || named.mesh.faces.size() > 20000) continue;
     SCOPED_TRACE(named.name);
     const Coded coded = default_codings(named.mesh, true);  // so that what is measured is what was ordered
-    EncodeOptions options{.patch_count = 9, .keep_duplicates = true};
+    StreamOptions options{.patch_count = 9, .keep_duplicates = true};
     const PatchOrder near{PatchOrder::By::kNear, {0.25, -0.5, 1}}, size{PatchOrder::By::kSize, {}};
     for (const PatchOrder& order : {PatchOrder(), near, size}) {
       options.order = order;
       const EncodedMesh encoded = must(encode_mesh(named.mesh, coded.codings, options, pool));
-      const PatchContainer container = must(open_container(encoded.container));
+      const PatchContainer container = must(open_container(encoded.pieces[0].bytes));
       double last_distance = 0, last_area = HUGE_VAL;
       for (uint32_t i = 0; i < container.patch_count(); ++i) {
-        const auto [distance, area] = distance_and_area(container, encoded.decoded, i, near.point);
+        const auto [distance, area] = distance_and_area(container, encoded.pieces[0].decoded, i, near.point);
         EXPECT_TRUE(order.by != PatchOrder::By::kNear || distance >= last_distance);
         EXPECT_TRUE(order.by != PatchOrder::By::kSize || area <= last_area * (1 + 1e-9));
         last_distance = distance;
@@ -167,25 +167,25 @@ TEST(EncodeMesh, BoxesHaveWhatPatchesHave) {
     for (const bool condense : {false, true}) {
       SCOPED_TRACE(named.name);
       const Coded coded = default_codings(named.mesh, false);
-      EncodeOptions options{.patch_count = 5, .condense = condense};
+      StreamOptions options{.patch_count = 5, .condense = condense};
       const EncodedMesh without = must(encode_mesh(named.mesh, coded.codings, options, pool));
       options.boxes = true;
       const EncodedMesh encoded = must(encode_mesh(named.mesh, coded.codings, options, pool));
-      const PatchContainer container = must(open_container(encoded.container));
-      EXPECT_EQ(encoded.entries, without.entries);
-      EXPECT_EQ(encoded.head_bytes, container.head_bytes);
+      const PatchContainer container = must(open_container(encoded.pieces[0].bytes));
+      EXPECT_EQ(encoded.pieces[0].entries, without.pieces[0].entries);
+      EXPECT_EQ(encoded.pieces[0].head_bytes, container.head_bytes);
       const std::vector<PatchBox> boxes = must(patch_boxes(container));
       if (boxes.empty()) {
-        EXPECT_EQ(encoded.container, without.container);
+        EXPECT_EQ(encoded.pieces[0].bytes, without.pieces[0].bytes);
         continue;
       }
       ++count;
-      EXPECT_LE(encoded.container.size(), without.container.size() + 27 + 6 * boxes.size());
+      EXPECT_LE(encoded.pieces[0].bytes.size(), without.pieces[0].bytes.size() + 27 + 6 * boxes.size());
       const auto* const positions =
-          reinterpret_cast<const float*>(encoded.decoded.find("POSITION")->values.data());
+          reinterpret_cast<const float*>(encoded.pieces[0].decoded.find("POSITION")->values.data());
       for (uint32_t i = 0; i < boxes.size(); ++i)
         for (uint32_t face = container.face_base[i]; face < container.face_base[i + 1]; ++face)
-          for (const uint32_t point : encoded.decoded.faces[face])
+          for (const uint32_t point : encoded.pieces[0].decoded.faces[face])
             for (size_t axis = 0; axis < 3; ++axis) {
               ASSERT_LE(boxes[i].low[axis], positions[3 * point + axis]);
               ASSERT_GE(boxes[i].high[axis], positions[3 * point + axis]);
@@ -204,12 +204,12 @@ TEST(EncodeMesh, BytesDoNotDependOnThreads) {
   for (const NamedMesh& named : all_meshes()) {
     SCOPED_TRACE(named.name);
     const Coded coded = default_codings(named.mesh, false);
-    const EncodeOptions options{
+    const StreamOptions options{
         .patch_count = 5, .condense = named.mesh.faces.size() % 2 == 0, .verify = false};
     const auto one = must(encode_mesh(named.mesh, coded.codings, options, ThreadPool(1)));
     for (int threads : {2, 7}) {
       const auto many = must(encode_mesh(named.mesh, coded.codings, options, ThreadPool(threads)));
-      EXPECT_EQ(one.container, many.container) << threads << " threads";
+      EXPECT_EQ(one.pieces[0].bytes, many.pieces[0].bytes) << threads << " threads";
     }
   }
 }
@@ -224,10 +224,10 @@ TEST(EncodeMesh, MergesDuplicatesAndCountsThem) {
   const Coded coded = default_codings(mesh, true);
   const auto merged = must(encode_mesh(mesh, coded.codings, {}, ThreadPool(1)));
   EXPECT_EQ(merged.statistics.merged_points, 2u);
-  EXPECT_EQ(open_container(merged.container)->point_count(), 4u);
+  EXPECT_EQ(open_container(merged.pieces[0].bytes)->point_count(), 4u);
   const auto kept = must(encode_mesh(mesh, coded.codings, {.keep_duplicates = true}, ThreadPool(1)));
   EXPECT_EQ(kept.statistics.merged_points, 0u);
-  EXPECT_EQ(open_container(kept.container)->point_count(), 6u);
+  EXPECT_EQ(open_container(kept.pieces[0].bytes)->point_count(), 6u);
 }
 
 TEST(EncodeMesh, LetsTheInputBeFreedOnceIfItIsNotTheMeshItself) {
@@ -239,7 +239,7 @@ TEST(EncodeMesh, LetsTheInputBeFreedOnceIfItIsNotTheMeshItself) {
       SCOPED_TRACE(std::string(drops ? "changed" : "as it was") + (by_bytes ? ", by bytes" : ""));
       Mesh mesh = drops ? changed : make_grid(20, 20);
       const std::vector<AttributeCoding> codings = default_codings(mesh, false).codings;
-      EncodeOptions options{.patch_count = 3, .drop_degenerate = true};
+      StreamOptions options{.patch_count = 3, .drop_degenerate = true};
       options.choose_by_bytes = options.condense_smallest = by_bytes;
       const EncodedMesh expected = must(encode_mesh(mesh, codings, options, pool));
       size_t count = 0;
@@ -248,7 +248,7 @@ TEST(EncodeMesh, LetsTheInputBeFreedOnceIfItIsNotTheMeshItself) {
         mesh.faces = Array<std::array<uint32_t, 3>>();
         for (Attribute& attribute : mesh.attributes) attribute.values = Array<std::byte>();
       };
-      EXPECT_EQ(must(encode_mesh(mesh, codings, options, pool)).container, expected.container);
+      EXPECT_EQ(must(encode_mesh(mesh, codings, options, pool)).pieces[0].bytes, expected.pieces[0].bytes);
       EXPECT_EQ(count, drops ? 1u : 0u);
     }
 }
@@ -261,14 +261,14 @@ TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
   const auto kept = must(encode_mesh(mesh, coded.codings, {}, ThreadPool(1)));
   EXPECT_EQ(kept.statistics.residue_faces, 1u);
   EXPECT_EQ(kept.statistics.residue_points, 1u);
-  EXPECT_EQ(open_container(kept.container)->face_count(), 3u);
-  EXPECT_EQ(open_container(kept.container)->point_count(), 4u);
-  const EncodeOptions drop{.drop_degenerate = true, .drop_unused = true};
+  EXPECT_EQ(open_container(kept.pieces[0].bytes)->face_count(), 3u);
+  EXPECT_EQ(open_container(kept.pieces[0].bytes)->point_count(), 4u);
+  const StreamOptions drop{.drop_degenerate = true, .drop_unused = true};
   const auto dropped = must(encode_mesh(mesh, coded.codings, drop, ThreadPool(1)));
   EXPECT_EQ(dropped.statistics.dropped_faces, 1u);
   EXPECT_EQ(dropped.statistics.dropped_points, 1u);
-  EXPECT_EQ(open_container(dropped.container)->point_count(), 3u);
-  EXPECT_FALSE(open_container(dropped.container)->has_residue);
+  EXPECT_EQ(open_container(dropped.pieces[0].bytes)->point_count(), 3u);
+  EXPECT_FALSE(open_container(dropped.pieces[0].bytes)->has_residue);
 }
 
 // What the residue copies is stored where it is owned: a degenerate face costs its indices and little else.
@@ -279,7 +279,7 @@ TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
   std::mt19937 random(1);
   for (float& temperature : temperatures) temperature = static_cast<float>(random() % 10007);
   mesh.attributes.push_back(make_attribute("_TEMPERATURE", ComponentType::kFloat32, 1, false, temperatures));
-  EncodeOptions options{.patch_count = 4, .drop_degenerate = true};
+  StreamOptions options{.patch_count = 4, .drop_degenerate = true};
   const Coded coded = default_codings(mesh, false);
   const auto without = encode_mesh(mesh, coded.codings, options, ThreadPool(2));
   constexpr uint32_t kFaces = 3000;
@@ -289,18 +289,18 @@ TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
   ASSERT_TRUE(without.ok() && with.ok()) << with.status().to_string();
   EXPECT_EQ(with->statistics.residue_faces, kFaces);
   EXPECT_EQ(with->statistics.residue_points, 0u);
-  const PatchContainer container = must(open_container(with->container));
+  const PatchContainer container = must(open_container(with->pieces[0].bytes));
   EXPECT_LT(container.streams.back().size(), kFaces * 6 + 300);
   // Every decoder takes the owner's values.
   const ThreadPool pool(2);
   for (const DecodeBackend& backend : {draco_backend(), cpu_backend()}) {
-    const Mesh decoded = must(decode_container(backend, with->container, with->requests, pool));
+    const Mesh decoded = must(decode_container(backend, with->pieces[0].bytes, with->requests, pool));
     EXPECT_EQ(compare_meshes(mesh, decoded, coded.tolerances), "");
   }
   // A stream that is to mean something on its own has the values.
   options.alone = Alone::kAll;
   const auto alone = must(encode_mesh(mesh, coded.codings, options, ThreadPool(2)));
-  EXPECT_GT(alone.lone_streams.back().bytes.size(), container.streams.back().size() + 2 * kFaces);
+  EXPECT_GT(alone.pieces.back().bytes.size(), container.streams.back().size() + 2 * kFaces);
 }
 
 TEST(EncodeMesh, RefusesBadInput) {
@@ -351,15 +351,15 @@ TEST(EncodeMesh, TheWidestGridHoldsSymbolsOfEverySize) {
 
 TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {
   const Mesh mesh = two_triangles();
-  const EncodeOptions options{.patch_count = 2};
+  const StreamOptions options{.patch_count = 2};
   const auto encoded = must(encode_mesh(mesh, default_codings(mesh, false).codings, options, ThreadPool(1)));
   const std::vector<AttributeRequest> requests = encoded.requests;
-  const PatchContainer original = *open_container(encoded.container);
+  const PatchContainer original = *open_container(encoded.pieces[0].bytes);
   // The streams themselves are libdraco's to defend; directory and stitch map are ours.
   const size_t ours = original.header_bytes + original.stitch_bytes();
   for (size_t at = 0; at < ours; ++at)
     for (int value = 0; value < 256; ++value) {
-      std::vector<uint8_t> mutant = encoded.container;
+      std::vector<uint8_t> mutant = encoded.pieces[0].bytes;
       mutant[at] = static_cast<uint8_t>(value);
       const Expected<Mesh> decoded = decode_container(draco_backend(), mutant, requests, ThreadPool(1));
       if (!decoded.ok()) continue;
@@ -375,9 +375,9 @@ TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
   const std::vector<AttributeCoding> codings(1);
   std::vector<uint32_t> patch_of_face;
   for (size_t i = 0; i < mesh.faces.size(); ++i) patch_of_face.push_back(i < 24 ? 4 : 2);
-  EncodeOptions options{.patch_of_face = patch_of_face};
+  StreamOptions options{.patch_of_face = patch_of_face};
   const auto encoded = must(encode_mesh(mesh, codings, options, pool));
-  const auto container = must(open_container(encoded.container));
+  const auto container = must(open_container(encoded.pieces[0].bytes));
   ASSERT_EQ(container.patch_count(), 2u);
   EXPECT_EQ(container.entries[0].face_count, 40u);
   EXPECT_EQ(container.entries[1].face_count, 24u);

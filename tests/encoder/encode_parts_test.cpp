@@ -43,8 +43,8 @@ std::vector<uint32_t> random_parts(const Mesh& mesh, uint32_t count) {
   return part;
 }
 
-Expected<EncodedParts> encode(MeshParts& parts, std::span<const AttributeCoding> codings,
-                              const PartsOptions& options, int threads = 2) {
+Expected<EncodedMesh> encode(MeshParts& parts, std::span<const AttributeCoding> codings,
+                             const PartsOptions& options, int threads = 2) {
   return encode_parts(parts, codings, options, make_memory_spill, ThreadPool(threads));
 }
 
@@ -79,10 +79,10 @@ std::vector<double> bounds_of(const Attribute& attribute, uint32_t point_count) 
   return least;
 }
 
-void expect_same_mesh(const Mesh& mesh, const Coded& codings, EncodedParts& encoded) {
-  ASSERT_EQ(encoded.containers.size(), 1u);
-  PartsContainer& container = encoded.containers[0];
-  const std::vector<uint8_t> bytes = read_all(*container.bytes);
+void expect_same_mesh(const Mesh& mesh, const Coded& codings, EncodedMesh& encoded) {
+  ASSERT_EQ(encoded.pieces.size(), 1u);
+  EncodedPiece& container = encoded.pieces[0];
+  const std::vector<uint8_t> bytes = read_all(*container.stored);
   const PatchContainer opened = must(open_container(bytes));
   EXPECT_EQ(opened.entries, container.entries);
   EXPECT_EQ(opened.point_count(), container.point_count);
@@ -131,12 +131,12 @@ TEST(EncodeParts, OnePartIsTheContainerOfEncodeMesh) {
     const Coded codings = default_codings(named.mesh, false);
     MeshInParts parts(named.mesh, slabs(named.mesh, 1));
     auto encoded = must(encode(parts, codings.codings, {.patch_faces = 900, .streams = {.boxes = true}}));
-    const EncodeOptions options{
+    const StreamOptions options{
         .patch_count = std::max(1u, static_cast<uint32_t>((named.mesh.faces.size() + 450) / 900)),
         .boxes = true,
         .keep_duplicates = true};
     const auto whole = must(encode_mesh(named.mesh, codings.codings, options, ThreadPool(2)));
-    EXPECT_EQ(read_all(*encoded.containers[0].bytes), whole.container);
+    EXPECT_EQ(read_all(*encoded.pieces[0].stored), whole.pieces[0].bytes);
   }
 }
 
@@ -164,11 +164,11 @@ TEST(EncodeParts, IsTheContainerOfEncodeMeshWithTheSamePatches) {
         ++patch;
       }
     }
-    const EncodeOptions options{.patch_of_face = patch_of_face};
+    const StreamOptions options{.patch_of_face = patch_of_face};
     const auto whole = must(encode_mesh(mesh, codings.codings, options, ThreadPool(2)));
     EXPECT_EQ(encoded.statistics.patch_count, patch);
     EXPECT_EQ(encoded.statistics.position_error, whole.statistics.position_error);
-    EXPECT_EQ(read_all(*encoded.containers[0].bytes), whole.container);
+    EXPECT_EQ(read_all(*encoded.pieces[0].stored), whole.pieces[0].bytes);
   }
 }
 
@@ -183,7 +183,7 @@ TEST(EncodeParts, BytesDoNotDependOnThreads) {
         parts, codings.codings,
         {.patch_faces = 300, .streams = {.patch_encoded = [&](size_t count) { faces += count; }}}, threads));
     EXPECT_EQ(faces, mesh.faces.size());
-    std::vector<uint8_t> bytes = read_all(*encoded.containers[0].bytes);
+    std::vector<uint8_t> bytes = read_all(*encoded.pieces[0].stored);
     if (threads == 1) expected = bytes;
     EXPECT_EQ(bytes, expected) << threads << " threads";
   }
@@ -204,13 +204,13 @@ TEST(EncodeParts, BeginsAnotherContainerAtTheLimit) {
   MeshInParts parts(mesh, slabs(mesh, 7));
   const uint64_t most = 1200;
   auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300, .most_points = most}));
-  EXPECT_EQ(encoded.containers.size(), 4u);
+  EXPECT_EQ(encoded.pieces.size(), 4u);
   uint32_t first = 0;
-  for (PartsContainer& container : encoded.containers) {
+  for (EncodedPiece& container : encoded.pieces) {
     EXPECT_LE(container.point_count, most);
     uint32_t end = first;
     for (uint64_t faces = 0; faces < container.face_count;) faces += parts.faces()[end++].size();
-    const std::vector<uint8_t> bytes = read_all(*container.bytes);
+    const std::vector<uint8_t> bytes = read_all(*container.stored);
     const auto decoded = must(decode_container(cpu_backend(), bytes, encoded.requests, ThreadPool(2)));
     EXPECT_EQ(compare_meshes(faces_of(mesh, parts, first, end), decoded, codings.tolerances), "");
     first = end;
@@ -298,7 +298,7 @@ Broken encode_broken(SpillKind kind, bool when_read, uint64_t step) {
       continue;
     }
     ++result.equal;
-    const std::vector<uint8_t> bytes = read_all(*encoded->containers[0].bytes);
+    const std::vector<uint8_t> bytes = read_all(*encoded->pieces[0].stored);
     const auto decoded = decode_container(draco_backend(), bytes, encoded->requests, ThreadPool(1));
     EXPECT_EQ(decoded.status().to_string(), "") << "bit " << bit;
     if (decoded) {
@@ -402,16 +402,16 @@ TEST(EncodeParts, BoxesAreThoseOfTheDecodedMesh) {
           auto without = must(encode(parts, codings.codings, options));
           options.streams.boxes = true;
           auto encoded = must(encode(parts, codings.codings, options));
-          ASSERT_EQ(encoded.containers.size(), 1u);
-          const std::vector<uint8_t> bytes = read_all(*encoded.containers[0].bytes);
+          ASSERT_EQ(encoded.pieces.size(), 1u);
+          const std::vector<uint8_t> bytes = read_all(*encoded.pieces[0].stored);
           const PatchContainer opened = must(open_container(bytes));
-          EXPECT_EQ(opened.entries, encoded.containers[0].entries);
-          EXPECT_EQ(opened.head_bytes, encoded.containers[0].head_bytes);
+          EXPECT_EQ(opened.entries, encoded.pieces[0].entries);
+          EXPECT_EQ(opened.head_bytes, encoded.pieces[0].head_bytes);
           const Mesh decoded = must(cpu_backend().decode(opened, encoded.requests, ThreadPool(2)));
           const std::vector<uint8_t> wanted = write_boxes(boxes_of(opened, decoded));
           const std::span<const uint8_t> section = boxes_section(opened);
           EXPECT_EQ(std::vector<uint8_t>(section.begin(), section.end()), wanted);
-          std::vector<uint8_t> expected = read_all(*without.containers[0].bytes);
+          std::vector<uint8_t> expected = read_all(*without.pieces[0].stored);
           if (!wanted.empty())
             expected = with_head_section(must(open_container(expected)), HeadSection::kBoxes, wanted);
           EXPECT_EQ(bytes, expected);
@@ -427,9 +427,9 @@ TEST(EncodeParts, EachContainerHasItsOwnBoxes) {
   MeshInParts parts(mesh, slabs(mesh, 5));
   auto encoded = must(encode(parts, codings.codings,
                              {.patch_faces = 300, .streams = {.boxes = true}, .most_residue_points = 50}));
-  EXPECT_GT(encoded.containers.size(), 1u);
-  for (PartsContainer& container : encoded.containers) {
-    const std::vector<uint8_t> bytes = read_all(*container.bytes);
+  EXPECT_GT(encoded.pieces.size(), 1u);
+  for (EncodedPiece& container : encoded.pieces) {
+    const std::vector<uint8_t> bytes = read_all(*container.stored);
     EXPECT_EQ(must(patch_boxes(must(open_container(bytes)))).size(), container.entries.size());
   }
 }
@@ -444,7 +444,7 @@ TEST(EncodeParts, KeepsFacesThatRepeatAPointAndPointsWithoutFaces) {
       auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300}));
       expect_same_mesh(mesh, codings, encoded);
       EXPECT_GT(encoded.statistics.residue_faces, 100u);
-      const PartsContainer& container = encoded.containers[0];
+      const EncodedPiece& container = encoded.pieces[0];
       EXPECT_LT(container.used_point_count, container.point_count);
       EXPECT_EQ(container.entries.size(), encoded.statistics.patch_count + 1);
     }
@@ -453,7 +453,7 @@ TEST(EncodeParts, KeepsFacesThatRepeatAPointAndPointsWithoutFaces) {
   MeshInParts parts(mesh, slabs(mesh, 3));
   for (auto& face : parts.parts()[1].mesh.faces) face[0] = face[1];
   auto encoded = must(encode(parts, default_codings(mesh, false).codings, {.patch_faces = 300}));
-  EXPECT_EQ(encoded.containers[0].face_count, mesh.faces.size());
+  EXPECT_EQ(encoded.pieces[0].face_count, mesh.faces.size());
 }
 
 TEST(EncodeParts, OnePartWithAResidueIsTheContainerOfEncodeMesh) {
@@ -468,7 +468,7 @@ TEST(EncodeParts, OnePartWithAResidueIsTheContainerOfEncodeMesh) {
     part = {named.mesh, {}, {}};
     auto encoded = must(encode(parts, codings.codings, {.patch_faces = 1u << 30}));
     const auto whole = must(encode_mesh(named.mesh, codings.codings, {.keep_duplicates = true}, ThreadPool(2)));
-    EXPECT_EQ(read_all(*encoded.containers[0].bytes), whole.container);
+    EXPECT_EQ(read_all(*encoded.pieces[0].stored), whole.pieces[0].bytes);
   }
 }
 
@@ -478,11 +478,11 @@ TEST(EncodeParts, AResidueMayEndItsContainer) {
   const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 5));
   auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300, .most_residue_points = 50}));
-  EXPECT_GT(encoded.containers.size(), 1u);
+  EXPECT_GT(encoded.pieces.size(), 1u);
   uint64_t faces = 0;
-  for (PartsContainer& container : encoded.containers) {
+  for (EncodedPiece& container : encoded.pieces) {
     const auto decoded =
-        must(decode_container(draco_backend(), read_all(*container.bytes), encoded.requests, ThreadPool(2)));
+        must(decode_container(draco_backend(), read_all(*container.stored), encoded.requests, ThreadPool(2)));
     faces += decoded.faces.size();
   }
   EXPECT_EQ(faces, mesh.faces.size());
@@ -496,15 +496,15 @@ TEST(EncodeParts, ContainersMayBeCondensed) {
   auto condensed = encode(parts, codings.codings, {.patch_faces = 900, .streams = {.condense = true}});
   ASSERT_TRUE(plain.ok() && condensed.ok()) << condensed.status().to_string();
   expect_same_mesh(mesh, codings, *condensed);
-  EXPECT_LT(condensed->containers[0].bytes->size(), plain->containers[0].bytes->size());
-  EXPECT_GT(condensed->containers[0].head_bytes, 0u);
+  EXPECT_LT(condensed->pieces[0].stored->size(), plain->pieces[0].stored->size());
+  EXPECT_GT(condensed->pieces[0].head_bytes, 0u);
   // A container that is in memory while it is condensed ends early.
   condensed = encode(parts, codings.codings,
                      {.patch_faces = 900, .streams = {.condense = true}, .condensed_points = 3000});
   ASSERT_TRUE(condensed.ok()) << condensed.status().to_string();
-  EXPECT_GT(condensed->containers.size(), 1u);
+  EXPECT_GT(condensed->pieces.size(), 1u);
   uint64_t faces = 0;
-  for (PartsContainer& container : condensed->containers) faces += container.face_count;
+  for (EncodedPiece& container : condensed->pieces) faces += container.face_count;
   EXPECT_EQ(faces, mesh.faces.size());
 }
 
@@ -513,12 +513,12 @@ TEST(EncodeParts, StreamsMayBeAlone) {
   const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 4));
   auto encoded = must(encode(parts, codings.codings, {.patch_faces = 300, .streams = {.alone = Alone::kAll}}));
-  EXPECT_EQ(encoded.containers.size(), encoded.statistics.patch_count);
+  EXPECT_EQ(encoded.pieces.size(), encoded.statistics.patch_count);
   EXPECT_TRUE(encoded.statistics.position_error);
   Mesh all;
   uint32_t own_points = 0;
-  for (PartsContainer& alone : encoded.containers) {
-    const auto decoded = must(decode_draco_stream(read_all(*alone.bytes), encoded.requests));
+  for (EncodedPiece& alone : encoded.pieces) {
+    const auto decoded = must(decode_draco_stream(read_all(*alone.stored), encoded.requests));
     EXPECT_EQ(decoded.point_count, alone.point_count);
     EXPECT_EQ(decoded.faces.size(), alone.face_count);
     ASSERT_EQ(alone.entries.size(), 1u);
@@ -570,8 +570,8 @@ TEST(EncodeParts, ReportsTheBytesOfEachPartAndMayBeEnded) {
   ASSERT_EQ(reported.size(), 3u);
   EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
   // The container has a header and a directory as well.
-  EXPECT_LT(reported.back(), encoded->containers[0].bytes->size());
-  EXPECT_GT(reported.back() + 1000, encoded->containers[0].bytes->size());
+  EXPECT_LT(reported.back(), encoded->pieces[0].stored->size());
+  EXPECT_GT(reported.back() + 1000, encoded->pieces[0].stored->size());
   options.part_written = [&](uint64_t bytes) {
     return bytes > reported[0] ? unsupported("too large") : Status();
   };
@@ -585,7 +585,7 @@ TEST(EncodeParts, WithoutVerificationTheBytesAreTheSame) {
   MeshInParts parts(mesh, slabs(mesh, 3));
   auto verified = must(encode(parts, codings.codings, {}));
   auto unverified = must(encode(parts, codings.codings, {.streams = {.verify = false}}));
-  EXPECT_EQ(read_all(*verified.containers[0].bytes), read_all(*unverified.containers[0].bytes));
+  EXPECT_EQ(read_all(*verified.pieces[0].stored), read_all(*unverified.pieces[0].stored));
 }
 
 }  // namespace

@@ -34,9 +34,12 @@ double excess(const AttributeCoding& grid) {
 
 AttributeCoding chosen_for(Mesh mesh, const AttributeCoding& stated) {
   mesh.attributes.resize(1);
-  const std::vector<MeshToCode> meshes{
-      {&mesh, 0, [&] { return std::vector<uint8_t>(mesh.point_count, 1); }, {}, {stated}}};
-  return choose_shared_codings(meshes, CodingOptions(), {}, ThreadPool(1))[0][0];
+  MeshToEncode source{std::move(mesh)};
+  source.stated = {stated};
+  MeshToEncode* const meshes[] = {&source};
+  EncodeOptions options;
+  options.keep_unused = true;
+  return choose_shared_codings(meshes, options, ThreadPool(1))[0][0];
 }
 
 // A stream with a value beyond the range states a larger range, so that it cannot be on the stated grid.

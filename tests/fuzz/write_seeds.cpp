@@ -8,11 +8,11 @@
 #include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/patch_container.h"
+#include "tests/support/document_options.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
@@ -39,7 +39,7 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
     // Patches of the smallest mesh would not get smaller.
     psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
-      (void)psplit::encode_document(document, {.patches = {.count = 2, .always = true}},
+      (void)psplit::encode_document(document, DocumentOptions{.patches = {.count = 2, .always = true}},
                                     psplit::draco_backend(), pool);
     if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
     if (form == 3) {
@@ -53,7 +53,8 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
           Json::array({{{"POSITION", document.json()["accessors"].size() - 1}}});
     }
     if (form == 4)
-      (void)psplit::encode_document(document, {.patches = {.count = 3, .always = true}, .condense = true},
+      (void)psplit::encode_document(document,
+                                    DocumentOptions{.patches = {.count = 3, .always = true}, .condense = true},
                                     psplit::draco_backend(), pool);
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
     // A .gltf whose bytes are in a data URI without base64.
@@ -104,13 +105,13 @@ int main(int argc, char** argv) {
     std::erase_if(named.mesh.attributes,
                   [](const auto& attribute) { return attribute.semantic != "POSITION"; });
     std::vector<psplit::AttributeCoding> codings(named.mesh.attributes.size());
-    psplit::EncodeOptions options;
+    psplit::StreamOptions options;
     options.patch_count = 4;
     const auto encoded = psplit::encode_mesh(named.mesh, codings, options, pool);
     if (!encoded) continue;
-    write(container, number++, encoded->container);
+    write(container, number++, encoded->pieces[0].bytes);
     const std::vector<uint8_t> condensed =
-        psplit::condensed_container(*psplit::open_container(encoded->container), number % 2 == 0, pool);
+        psplit::condensed_container(*psplit::open_container(encoded->pieces[0].bytes), number % 2 == 0, pool);
     write(container, number++, condensed);
     write(expand, number++, condensed);
   }

@@ -15,6 +15,7 @@
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
+#include "tests/support/document_options.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 

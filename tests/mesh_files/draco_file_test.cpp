@@ -1,9 +1,10 @@
 // .drc files whose values are not floats, and what they say beside their geometry.
 #include "mesh_files/draco_file.h"
 
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "tests/mesh_files/mesh_text.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {

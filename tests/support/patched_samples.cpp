@@ -18,7 +18,7 @@ namespace {
 // With the container of its streams condensed.
 PatchedSample condensed(PatchedSample sample, std::vector<uint8_t> container) {
   sample.name += ", condensed";
-  sample.encoded.container = std::move(container);
+  sample.encoded.pieces[0].bytes = std::move(container);
   return sample;
 }
 
@@ -57,7 +57,7 @@ std::vector<CondensedSample> condense_samples(const ThreadPool& pool) {
   bool smallest = false;
   for (const PatchedSample& original : patched_samples(pool)) {
     std::vector<uint8_t> container =
-        condensed_container(*open_container(original.encoded.container), smallest, pool);
+        condensed_container(*open_container(original.encoded.pieces[0].bytes), smallest, pool);
     if (container.empty()) continue;
     samples.push_back({original, std::move(container)});
     smallest = !smallest;
@@ -79,18 +79,19 @@ std::vector<PatchedSample> make_large_samples(const ThreadPool& pool) {
     made.push_back(encode_sample(name, mesh, std::span(&grid, 1), {.patch_count = 7, .verify = false}, pool));
   }
   const PatchedSample& last = made.back();
-  made.push_back(condensed(last, condensed_container(*open_container(last.encoded.container), false, pool)));
+  made.push_back(
+      condensed(last, condensed_container(*open_container(last.encoded.pieces[0].bytes), false, pool)));
   return made;
 }
 
 }  // namespace
 
 PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
-                            const EncodeOptions& options, const ThreadPool& pool) {
+                            const StreamOptions& options, const ThreadPool& pool) {
   Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
-  Expected<Mesh> decoded = encoded
-                               ? decode_container(draco_backend(), encoded->container, encoded->requests, pool)
-                               : encoded.status();
+  Expected<Mesh> decoded =
+      encoded ? decode_container(draco_backend(), encoded->pieces[0].bytes, encoded->requests, pool)
+              : encoded.status();
   if (!decoded) {
     std::fprintf(stderr, "%s: %s\n", name.c_str(), decoded.status().to_string().c_str());
     std::abort();

@@ -21,7 +21,7 @@ struct PatchedSample {
 std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits);
 
 PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
-                            const EncodeOptions& options, const ThreadPool& pool);
+                            const StreamOptions& options, const ThreadPool& pool);
 
 // A process makes each of these sets once, with the pool of its first caller.
 
@@ -35,7 +35,7 @@ std::vector<uint8_t> condensed_container(const PatchContainer& container, bool s
                                          const ThreadPool& pool);
 
 // patched_samples with condensed streams, `smallest` in turn, except those without a stream that can be
-// condensed. `original.encoded.container` is what each was made from.
+// condensed. `original.encoded.pieces[0].bytes` is what each was made from.
 struct CondensedSample {
   PatchedSample original;
   std::vector<uint8_t> container;

@@ -6,18 +6,16 @@
 #include "bindings/c/blender/bridge.h"
 #include "bindings/c/blender/element_type.h"
 #include "bindings/c/no_throw.h"
-#include "encoder/coding/choose_codings.h"
-#include "encoder/encode_streams.h"
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 
 using psplit::c::without_exceptions;
 
 struct Encoder {
   psplit::Mesh mesh{};
-  psplit::CodingOptions bits{14, 10, 12, 10, 12};
+  psplit::CodingOptions bits{14, 10, 12, 10, 12};  // Blender's
   uint32_t level = 7;
   bool is_broken = false;  // a call had arguments that cannot be encoded
-  std::optional<psplit::StockStream> stream{};
+  std::optional<psplit::EncodedPiece> stream{};
 };
 
 namespace psplit::blender {
@@ -73,18 +71,18 @@ void set_indices(Encoder& encoder, size_t component_type, uint32_t count, const 
 bool encode(Encoder& encoder, bool keeps_order) {
   encoder.stream.reset();
   if (encoder.is_broken || encoder.mesh.faces.empty()) return false;
-  const std::vector<AttributeCoding> codings = choose_codings(encoder.mesh, encoder.bits);
-  if (!check_mesh(encoder.mesh, codings).ok()) return false;
-  round_weights(encoder.mesh, codings);
-  const int speed = 10 - static_cast<int>(std::min(encoder.level, 10u));
-  Expected<StockStream> stream = keeps_order ? encode_stock_sequential(encoder.mesh, codings, speed)
-                                             : encode_stock_stream(encoder.mesh, codings, speed);
-  if (!stream) return false;
-  encoder.stream = std::move(*stream);
+  EncodeOptions options{encoder.bits};
+  options.storage = keeps_order ? Storage::kInOrder : Storage::kOneStream;
+  options.keep_duplicates = true;  // as Blender's own library does
+  options.encode_speed =
+      kMostEncodeSpeed - static_cast<int>(std::min<uint32_t>(encoder.level, kMostEncodeSpeed));
+  Expected<EncodedMesh> encoded = psplit::encode(encoder.mesh, options, ThreadPool(1));
+  if (!encoded) return false;
+  encoder.stream = std::move(encoded->pieces[0]);
   return true;
 }
 
-int bits_of(uint32_t bits) { return static_cast<int>(std::min(bits, 30u)); }
+int bits_of(uint32_t bits) { return static_cast<int>(std::min<uint32_t>(bits, kMostGridBits)); }
 
 }  // namespace
 }  // namespace psplit::blender
@@ -106,7 +104,7 @@ void encoderSetQuantizationBits(Encoder* encoder, uint32_t position, uint32_t no
   using psplit::blender::bits_of;
   if (encoder != nullptr)
     encoder->bits = {bits_of(position),
-                     bits_of(normal),
+                     normal < 2 ? 0 : bits_of(normal),  // an octahedron has no fewer
                      bits_of(uv),
                      bits_of(color),
                      bits_of(generic),

@@ -2,14 +2,13 @@
 
 #include <pybind11/stl.h>
 
-#include <cstring>
+#include <atomic>
+#include <chrono>
+#include <future>
 
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/pools.h"
-#include "encoder/coding/choose_codings.h"
-#include "encoder/encode_mesh.h"
-#include "encoder/encode_streams.h"
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 
 namespace psplit::python {
 namespace {
@@ -27,127 +26,112 @@ ComponentType component_type(const py::dtype& type) {
   throw py::type_error("glTF has no attributes of the type " + code);
 }
 
-Attribute attribute_of(const Given& given) {
-  const auto& [semantic, values, normalized] = given;
-  Attribute attribute{
-      semantic, component_type(values.dtype()), static_cast<uint8_t>(values.shape(1)), normalized, {}};
-  attribute.values.resize(static_cast<size_t>(values.nbytes()));
-  if (!attribute.values.empty()) std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
-  return attribute;
+// The caller's arrays, which must outlive it.
+MeshView view_of(const Indices& faces, const std::vector<Given>& attributes) {
+  const auto bytes_of = [](const py::array& array) {
+    return Span<const std::byte>(static_cast<const std::byte*>(array.data()),
+                                 static_cast<size_t>(array.nbytes()));
+  };
+  const auto point_count = static_cast<uint32_t>(std::get<1>(attributes.at(0)).shape(0));
+  MeshView view{point_count, {}, {ComponentType::kUint32, 1, false, 0, bytes_of(faces), 0}};
+  view.indices.count = static_cast<uint32_t>(faces.size());
+  for (const auto& [semantic, values, normalized] : attributes)
+    view.attributes.push_back({semantic,
+                               {component_type(values.dtype()), static_cast<uint8_t>(values.shape(1)),
+                                normalized, point_count, bytes_of(values), 0}});
+  return view;
 }
 
-Mesh mesh_of(const Indices& faces, const std::vector<Given>& attributes) {
-  Mesh mesh;
-  mesh.point_count = static_cast<uint32_t>(std::get<1>(attributes.at(0)).shape(0));
-  mesh.faces.resize(static_cast<size_t>(faces.shape(0)));
-  if (!mesh.faces.empty())
-    std::memcpy(mesh.faces[0].data(), faces.data(), mesh.faces.size() * sizeof(mesh.faces[0]));
-  for (const Given& given : attributes) mesh.attributes.push_back(attribute_of(given));
-  return mesh;
-}
-
-// A grid that the caller chose. libdraco takes the grid from the extremes of the values, so none may be
-// outside.
-Expected<AttributeCoding> chosen_grid(const Attribute& positions, int bits, const std::vector<float>& origin,
-                                      float range) {
-  AttributeCoding grid{bits, false, origin, range};
-  const auto* const values = reinterpret_cast<const float*>(positions.values.data());
-  for (size_t i = 0; i < positions.values.size() / sizeof(float); ++i) {
-    const float low = origin[i % origin.size()];
-    if (!(values[i] >= low && values[i] - low <= range))
-      return invalid_input("point " + std::to_string(i / origin.size()) + " is outside of the grid");
+// Calls work(watch) on another thread, so that Ctrl-C stops it: this thread asks for signals meanwhile.
+template <typename Work>
+auto interruptible(const Work& work) {
+  std::atomic<bool> stop = false;
+  Watch watch;
+  watch.stop = &stop;
+  auto done = std::async(std::launch::async, [&] { return work(watch); });
+  bool is_interrupted = false;
+  const py::gil_scoped_release release;
+  while (done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+    const py::gil_scoped_acquire acquire;
+    if (is_interrupted || PyErr_CheckSignals() == 0) continue;
+    is_interrupted = stop = true;
   }
-  return grid;
-}
-
-struct Encoding {
-  CodingOptions bits;
-  std::vector<float> origin;  // of the grid of positions; empty: it is fitted to them
-  float range = 0;
-  int speed = 9;
-};
-
-Expected<std::vector<AttributeCoding>> codings_of(Mesh& mesh, const Encoding& encoding) {
-  std::vector<AttributeCoding> codings = choose_codings(mesh, encoding.bits);
-  // Positions are the first attribute. choose_codings keeps values that have no grid; here that is an error.
-  if (const int bits = encoding.bits.position_bits; bits > 0) {
-    Expected<AttributeCoding> grid =
-        encoding.origin.empty() ? fit_grid(mesh.attributes[0], bits)
-                                : chosen_grid(mesh.attributes[0], bits, encoding.origin, encoding.range);
-    if (!grid) return grid.status();
-    codings[0] = std::move(*grid);
-  }
-  if (Status status = check_mesh(mesh, codings); !status.ok()) return status;
-  if (mesh.faces.empty()) return invalid_input("the mesh has no triangles");
-  return codings;
-}
-
-// One ordinary Draco stream. Sequential streams keep the order of points and faces.
-Expected<std::vector<uint8_t>> encode_stream(Mesh mesh, const Encoding& encoding, bool sequential) {
-  const Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, encoding);
-  if (!codings) return codings.status();
-  Expected<StockStream> stream = sequential ? encode_stock_sequential(mesh, *codings, encoding.speed)
-                                            : encode_stock_stream(mesh, *codings, encoding.speed);
-  if (!stream) return stream.status();
-  return std::move(stream->bytes);
-}
-
-Expected<EncodedMesh> encode_patches(Mesh mesh, const Encoding& encoding, uint32_t patch_count,
-                                     const ThreadPool& pool) {
-  const Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, encoding);
-  if (!codings) return codings.status();
-  EncodeOptions options;
-  options.patch_count = patch_count;
-  options.encode_speed = encoding.speed;
-  return encode_mesh(mesh, *codings, options, pool);
+  const py::gil_scoped_acquire acquire;
+  auto result = done.get();
+  if (is_interrupted) throw py::error_already_set();
+  return result;
 }
 
 py::bytes bytes_of(const std::vector<uint8_t>& bytes) {
   return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-Encoding encoding_of(int position_bits, int normal_bits, int texcoord_bits, std::vector<float> origin,
-                     float range, int speed) {
-  Encoding encoding;
-  encoding.bits.position_bits = position_bits;
-  encoding.bits.normal_bits = normal_bits;
-  encoding.bits.texcoord_bits = texcoord_bits;
-  encoding.bits.give_changed_bits();
-  encoding.bits.given.position = true;  // the stream's metadata repeat them
-  encoding.origin = std::move(origin);
-  encoding.range = range;
-  encoding.speed = speed;
-  return encoding;
+// `origin` and `range` are the grid of positions, which are the first attribute; it is fitted to them if the
+// origin is empty.
+Expected<EncodedMesh> encode_mesh(const MeshView& view, const EncodeOptions& options,
+                                  const std::vector<float>& origin, float range, const ThreadPool& pool,
+                                  const Watch& watch) {
+  Expected<Mesh> mesh = mesh_of(view);
+  if (!mesh) return mesh.status();
+  MeshToEncode source{std::move(*mesh)};
+  const int bits = options.position_bits;
+  if (bits > 0 && !origin.empty()) source.own_codings[0] = {bits, AttributeCoding{bits, false, origin, range}};
+  MeshToEncode* const planned[] = {&source};
+  if (Status status = plan(planned, options, pool); !status.ok()) return status;
+  return encode(std::move(source), options, pool, watch);
 }
 
-py::bytes encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
+EncodeOptions options_of(int position_bits, int normal_bits, int texcoord_bits, int speed) {
+  EncodeOptions options;
+  options.position_bits = position_bits;
+  options.normal_bits = normal_bits;
+  options.texcoord_bits = texcoord_bits;
+  options.encode_speed = speed;
+  return options;
+}
+
+// What the caller's bits lose becomes a warning of Python.
+void warn_of_losses(const EncodedMesh& encoded) {
+  for (const PrecisionNote& note : encoded.notes)
+    if (note.is_warning && PyErr_WarnEx(PyExc_UserWarning, note.text.c_str(), 2) != 0)
+      throw py::error_already_set();
+}
+
+// One ordinary Draco stream, and the bits of its positions. Sequential streams keep the order of points and
+// faces.
+py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
                  int texcoord_bits, const std::vector<float>& origin, float range, int speed, bool sequential) {
-  Mesh mesh = mesh_of(faces, attributes);
-  const Encoding encoding = encoding_of(position_bits, normal_bits, texcoord_bits, origin, range, speed);
-  std::optional<Expected<std::vector<uint8_t>>> bytes;
-  {
-    const py::gil_scoped_release release;
-    bytes.emplace(encode_stream(std::move(mesh), encoding, sequential));
-  }
-  return bytes_of(value_or_throw(std::move(*bytes)));
+  const MeshView view = view_of(faces, attributes);
+  EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
+  options.given.position = true;  // the stream's metadata repeat them
+  options.storage = sequential ? Storage::kInOrder : Storage::kOneStream;
+  options.keep_duplicates = true;  // as Draco keeps them
+  const EncodedMesh done = value_or_throw(interruptible(
+      [&](const Watch& watch) { return encode_mesh(view, options, origin, range, ThreadPool(1), watch); }));
+  warn_of_losses(done);
+  return py::make_tuple(bytes_of(done.pieces[0].bytes), done.codings[0].bits);
 }
 
 // (bytes, [(semantic, unique id, component type, components, normalized)], point count, face count)
 py::tuple encode_container(const Indices& faces, const std::vector<Given>& attributes, int position_bits,
                            int normal_bits, int texcoord_bits, const std::vector<float>& origin, float range,
                            int speed, uint32_t patch_count, int thread_count) {
-  Mesh mesh = mesh_of(faces, attributes);
-  const Encoding encoding = encoding_of(position_bits, normal_bits, texcoord_bits, origin, range, speed);
+  const MeshView view = view_of(faces, attributes);
+  EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
+  options.storage = Storage::kContainer;
+  options.patches.count = patch_count;
+  options.patches.always = true;
   const EncodedMesh done = value_or_throw(with_pool(thread_count, [&](const ThreadPool& pool) {
-    const py::gil_scoped_release release;
-    return encode_patches(std::move(mesh), encoding, patch_count, pool);
+    return interruptible(
+        [&](const Watch& watch) { return encode_mesh(view, options, origin, range, pool, watch); });
   }));
+  warn_of_losses(done);
   py::list requests;
   for (const AttributeRequest& request : done.requests)
     requests.append(py::make_tuple(request.semantic, request.unique_id, int{uint16_t(request.component_type)},
                                    int{request.component_count}, request.normalized));
-  return py::make_tuple(bytes_of(done.container), requests, done.decoded.point_count,
-                        done.decoded.faces.size());
+  const EncodedPiece& piece = done.pieces[0];
+  return py::make_tuple(bytes_of(piece.bytes), requests, piece.point_count, piece.face_count);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
         points: (points, 3) floats. Integers of less than 24 bits are kept exactly; `quantization_bits` is not used
             for them.
         faces: (faces, 3) numbers of points.
-        quantization_bits: of a coordinate, 1 to 30; 0 keeps floats exactly.
+        quantization_bits: of a coordinate, 1 to 30; 0 keeps floats exactly. So are points that are not all finite.
         compression_level: 0 (fastest) to 10 (smallest).
         quantization_range: the edge of the cube in which points are quantized; -1 takes the largest extent.
         quantization_origin: the corner of the cube, three floats; by default the least coordinates. No point may be
@@ -58,45 +58,48 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
 
     Raises:
         NotImplementedError: point clouds (faces=None), integer points of 24 bits or more.
-        InvalidInputError: indices out of range, points that are not finite or outside of the cube, no faces.
+        InvalidInputError: indices out of range, points outside of the cube, no faces.
         UnsupportedError: this psplit was built without its encoder.
         ValueError: arrays of another shape, numbers out of range.
 
-    The interpreter's lock is released. Thread-safe.
+    Warns (`UserWarning`) of what the given bits lose. The interpreter's lock is released, and Ctrl-C stops the work.
+    Thread-safe.
     """
     mesh = _arrays_of(points, faces, colors, tex_coord, normals)
     grid = _grid_of(points, quantization_bits, quantization_range, quantization_origin)
-    stream = _native.encode(*mesh, *_bits(grid, normal_bits, texcoord_bits), *grid[1:], _speed(compression_level),
-                            bool(preserve_order))
+    stream, bits = _native.encode(*mesh, *_bits(grid, normal_bits, texcoord_bits), *grid[1:], _speed(compression_level),
+                                  bool(preserve_order))
     if not create_metadata:
         return stream
-    bits, origin, extent = grid
+    _, origin, extent = grid
     entries = {"quantization_bits": struct.pack("<i", bits)}
     if origin:
         entries.update(quantization_range=struct.pack("<d", extent), quantization_origin=struct.pack("<3d", *origin))
     return _with_metadata(stream, entries)
 
 
-def encode_container(points: Any, faces: Any, *, patches: int, quantization_bits: int = 14, compression_level: int = 5,
+def encode_container(points: Any, faces: Any, *, patches: int = 0, quantization_bits: int = 14, compression_level: int = 5,
                      quantization_range: float = -1, quantization_origin: Optional[Sequence[float]] = None,
                      colors: Any = None, tex_coord: Any = None, normals: Any = None, normal_bits: int = 10,
                      texcoord_bits: int = 12, threads: int = 0) -> Container:
     """Encodes a mesh in patches, for the extension PSPLIT_mesh_draco_patches.
 
     Args:
-        patches: the number of patches, which decode at once. 20,000 faces or more for each are a good size.
+        patches: the number of patches, which decode at once. 0: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000
+            faces, from 20,000 faces on, and otherwise one.
         threads: at most so many threads; 0: all of the machine. The bytes do not depend on it.
         Others: see `encode`.
 
     Returns:
-        A `Container`. Equal points were merged, and points have another order.
+        A `Container`, with the bytes of `gltf-psplit encode --always-patches`. Equal points were merged, what draws
+        nothing was dropped, and points have another order.
 
     Raises:
         What `encode` raises. The result is decoded and compared with the input before it is returned.
     """
     mesh = _arrays_of(points, faces, colors, tex_coord, normals)
-    if patches < 1:
-        raise ValueError("patches is less than 1")
+    if patches < 0:
+        raise ValueError("patches is negative")
     grid = _grid_of(points, quantization_bits, quantization_range, quantization_origin)
     data, requests, point_count, face_count = _native.encode_container(
         *mesh, *_bits(grid, normal_bits, texcoord_bits), *grid[1:], _speed(compression_level), patches, threads)

@@ -32,7 +32,11 @@ export async function encodeMeshes(meshes, options) {
   check_signal(signal);
   const module = await shared_module();
   if (signal?.aborted) throw new PsplitError('aborted', 'aborted');
-  return encode_meshes(module, job, onProgress);
+  // This thread is busy until all is done, but the caller's function may abort.
+  return encode_meshes(module, job, (done, total) => {
+    onProgress?.(done, total);
+    if (signal?.aborted) throw new PsplitError('aborted', 'aborted');
+  });
 }
 export async function encodeMesh(mesh, options) {
   return (await encodeMeshes([mesh], options))[0];

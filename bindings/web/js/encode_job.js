@@ -121,7 +121,7 @@ class Encoding {
   #meets;
 
   constructor(module, { meshes, numbers, exact, grids, offsets }, report) {
-    this.#instance = new Instance(module, { psplit: { patch_encoded: report } }, 'encoder');
+    this.#instance = new Instance(module, { psplit: { faces_encoded: report } }, 'encoder');
     this.#exports = this.#instance.exports;
     this.#handle = this.#exports.new_encoding();
     meshes.forEach((mesh, i) => this.#add(mesh, grids[i]));
@@ -194,7 +194,7 @@ export function encode_meshes(module, job, report) {
   let done = 0, before = 0;
   const advance = (to) => to > done && report?.((done = to), total);
   return Instance.guarded_as('encoder', () => {
-    const encoding = new Encoding(module, job, (faces) => advance(done + faces));
+    const encoding = new Encoding(module, job, (faces) => advance(before + faces));
     return job.meshes.map((mesh, i) => {
       const result = encoding.encode(i, mesh, job);
       advance(before += counts[i]);  // also with faces that are dropped

@@ -15,7 +15,7 @@ namespace psplit {
 namespace {
 
 AttributeCoding grid(float range, float origin = 0) {
-  return {kMostPositionBits, false, {origin, origin, origin}, range};
+  return {kMostGridBits, false, {origin, origin, origin}, range};
 }
 
 std::vector<float> sorted(std::vector<float> lengths) {
@@ -135,7 +135,7 @@ TEST(DistanceBound, HoldsForDecodedPositions) {
 
 TEST(DistanceBound, IsNotMeasuredWithoutVerification) {
   const Mesh mesh = make_grid(4, 4);
-  const EncodeOptions options{.verify = false};
+  const StreamOptions options{.verify = false};
   const auto encoded = must(encode_mesh(mesh, std::vector<AttributeCoding>{*fit_grid(mesh.attributes[0], 14)},
                                         options, ThreadPool(1)));
   EXPECT_FALSE(encoded.statistics.position_error.has_value());

@@ -49,7 +49,7 @@ Guarded guard(Mesh mesh, const CodingOptions& options = {}) {
   Guarded guarded;
   for (Attribute& attribute : mesh.attributes) guarded.before.push_back(choose_coding(attribute, options));
   guarded.after = guarded.before;
-  guarded.notes = guard_codings(mesh, options, {}, guarded.after);
+  guarded.notes = guard_codings(mesh, options, guarded.after);
   return guarded;
 }
 
@@ -235,7 +235,7 @@ TEST(PrecisionGuard, UnstoredPointsDoNotCount) {
   const CodingOptions options;
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes)
-    codings.push_back(choose_coding(attribute, wanted_bounds(attribute, options, {}, stored), options, {}));
+    codings.push_back(choose_coding(attribute, wanted_bounds(attribute, options, stored), options));
   const GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
     visit(mesh, stored);
     return Status();

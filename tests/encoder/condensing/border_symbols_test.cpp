@@ -39,7 +39,7 @@ TEST(BorderPart, StreamsComeBackFromValuesThatAreStoredOnce) {
   const ThreadPool pool(2);
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     const CondensedStreams condensed = condense(container, true, pool);
     if (!has_borders(condensed)) continue;
     const CondensedHead head = must(read_condensed_head(condensed.head));
@@ -79,7 +79,7 @@ TEST(BorderPart, IsLeftOutIfOnePatchCannotHaveIt) {
   };
   size_t checked = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     if (checked == 3 || container.patch_count() < 5 || !has_borders(condense(container, true, pool))) continue;
     SCOPED_TRACE(sample.name);
     const uint32_t last = container.patch_count() - 1;
@@ -104,7 +104,7 @@ TEST(BorderPart, IsLeftOutIfOnePatchCannotHaveIt) {
 TEST(BorderPart, PlacesWithOtherValuesDoNotAgree) {
   size_t checked = 0;
   for (const PatchedSample& sample : patched_samples(ThreadPool(2))) {
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
+    const Expected<PatchContainer> container = open_container(sample.encoded.pieces[0].bytes);
     if (container->has_residue || container->patch_count() < 3) continue;
     std::vector<BorderPart> parts;
     bool is_edgebreaker = true;

@@ -130,7 +130,7 @@ std::vector<AttributeCoding> codings_of_large_grids(const Mesh& mesh, int bits) 
 TEST(EncodeAttributes, EveryNumberOfBitsHasTheBytesOfLibdraco) {
   StreamCounts counts;
   const Mesh sheet = make_sheet(24, 20), edges = long_edges();
-  for (int bits = 1; bits <= kMostPositionBits; ++bits)
+  for (int bits = 1; bits <= kMostGridBits; ++bits)
     for (const int speed : {0, 3, 5, 8})
       for (const Mesh* mesh : {&sheet, &edges})
         expect_same_stream("bits " + std::to_string(bits), *mesh, codings_of_large_grids(*mesh, bits), speed,

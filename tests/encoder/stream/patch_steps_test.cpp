@@ -2,12 +2,13 @@
 #include "encoder/stream/patch_steps.h"
 
 #include "encoder/coding/quantization.h"
+#include "encoder/encode.h"
 #include "encoder/encode_mesh.h"
-#include "encoder/stock_stream.h"
 #include "encoder/welding/weld.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/encode.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "encoder/stock_stream.h"
 #include "src/container/patch_container.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -46,7 +47,7 @@ TEST(WithoutDraco, EncodesVerifiesAndDecodes) {
   const Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, {.patch_count = 3}, pool);
   ASSERT_TRUE(encoded) << encoded.status().to_string();
   EXPECT_EQ(encoded->statistics.patch_count, 3u);
-  EXPECT_EQ(encoded->decoded.faces.size(), mesh.faces.size());
+  EXPECT_EQ(encoded->pieces[0].decoded.faces.size(), mesh.faces.size());
   const Expected<StockStream> stock = encode_stock_stream(mesh, codings, 5);
   ASSERT_TRUE(stock) << stock.status().to_string();
   EXPECT_EQ(stock->decoded.faces.size(), mesh.faces.size());
@@ -60,7 +61,7 @@ TEST(WithoutDraco, SaysWhatIsMissing) {
     EXPECT_EQ(status.code(), code);
     EXPECT_NE(status.to_string().find(kReason), std::string::npos) << status.to_string();
   };
-  const EncodeOptions by_libdraco{.patch_count = 3, .by_libdraco = true};
+  const StreamOptions by_libdraco{.patch_count = 3, .by_libdraco = true};
   refuses(encode_mesh(mesh, codings, by_libdraco, pool).status(), StatusCode::kUsage);
   refuses(encode_stock_stream(mesh, codings, 5, true).status(), StatusCode::kUsage);
   const Expected<StockStream> stock = encode_stock_stream(mesh, codings, 5);

@@ -68,7 +68,8 @@ TEST(CompareAssets, WhatEncodeMakesOfAnAssetIsTheSame) {
   for (const Compat compat : {Compat::kNone, Compat::kKhr})
     for (const bool lossless : {false, true}) {
       Document split = original;
-      ASSERT_TRUE(encode(split, {.patches = {.count = 7}, .lossless = lossless, .compat = compat}));
+      ASSERT_TRUE(
+          encode(split, DocumentOptions{.patches = {.count = 7}, .lossless = lossless, .compat = compat}));
       const AssetMeshes b = meshes_of(split);
       const AssetComparison there = compare(a, b), back = compare(b, a);
       EXPECT_TRUE(there.same() && back.same());
@@ -202,7 +203,7 @@ TEST(CompareAssets, DegenerateTrianglesAndUnusedPointsAreCountedOnly) {
 TEST(CompareAssets, FacesThatAGridCollapsesAreCountedOnly) {
   const Document original = document_from_mesh(make_grid(40, 40));
   Document split = original;
-  ASSERT_TRUE(encode(split, {.position_bits = 4}));
+  ASSERT_TRUE(encode(split, DocumentOptions{.position_bits = 4}));
   const AssetMeshes plain = meshes_of(original), whole = meshes_of(split);
   AssetMeshes dropped = whole;
   size_t flat = 0;

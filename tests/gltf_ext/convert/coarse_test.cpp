@@ -99,7 +99,7 @@ TEST(Coarse, StockDracoIsInPatchesOrShownAsItIs) {
 TEST(Coarse, TheDecodedAssetIsThatWithoutCoarsePrimitives) {
   for (const bool condense : {false, true}) {
     EncodeDocumentOptions options = coarse_options(), none = options;
-    options.condense = none.condense = condense;
+    options.condense = none.condense = condense ? Condense::kFast : Condense::kNo;
     none.fallback = Fallback::kNone;
     Document expected = document_from_mesh(rich_mesh(60, 50)), actual = expected;
     add_targets(expected, 0);

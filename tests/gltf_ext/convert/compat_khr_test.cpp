@@ -10,8 +10,8 @@ namespace psplit {
 namespace {
 
 EncodeDocumentOptions khr(uint64_t patches, bool lossless = true) {
-  const EncodeDocumentOptions options{
-      .patches = {.count = patches}, .lossless = lossless, .compat = Compat::kKhr};
+  const EncodeDocumentOptions options =
+      DocumentOptions{.patches = {.count = patches}, .lossless = lossless, .compat = Compat::kKhr};
   return options;
 }
 

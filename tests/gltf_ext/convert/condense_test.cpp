@@ -1,7 +1,6 @@
 // Documents with condensed patches, and the way back.
 #include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "src/container/patch_container.h"
@@ -14,7 +13,7 @@ namespace {
 constexpr uint32_t kColumns = 90, kRows = 70;
 
 EncodeDocumentOptions condensing(uint64_t patches = 0) {
-  const EncodeDocumentOptions options{.patches = {.count = patches}, .condense = true};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = patches}, .condense = true};
   return options;
 }
 
@@ -53,7 +52,7 @@ Mesh rough_sheet() {
 // A primitive in one stream of stock Draco, of few bits: it would grow if it were encoded again.
 Document stock_document(const Mesh& mesh) {
   Document document = document_from_mesh(mesh);
-  const EncodeDocumentOptions coarse{
+  const EncodeDocumentOptions coarse = DocumentOptions{
       .position_bits = 9, .normal_bits = 6, .texcoord_bits = 8, .color_bits = 5, .generic_bits = 8};
   EXPECT_TRUE(encode_document_stock(document, coarse, test_pool()).ok());
   return document;
@@ -61,7 +60,7 @@ Document stock_document(const Mesh& mesh) {
 
 TEST(Condense, PatchesExpandToThoseOfDraco) {
   Document plain = document_from_mesh(rich_mesh(kColumns, kRows)), condensed = plain;
-  ASSERT_TRUE(encode_with(plain, {.patches = {.count = 5}}).ok());
+  ASSERT_TRUE(encode_with(plain, DocumentOptions{.patches = {.count = 5}}).ok());
   ASSERT_TRUE(encode_with(condensed, condensing(5)).ok());
   EXPECT_TRUE(is_condensed(condensed));
   EXPECT_EQ(without_views(condensed), without_views(plain));
@@ -124,11 +123,11 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
 // What is encoded again without condensing is encoded again.
 TEST(Condense, StockDracoThatIsEncodedAgainIsCondensedThen) {
   const Document before = stock_document(rough_sheet());
-  EncodeDocumentOptions coarse{.position_bits = 6};
+  EncodeDocumentOptions coarse = DocumentOptions{.position_bits = 6};
   Document plain = before, condensed = before;
   ASSERT_TRUE(encode_with(plain, coarse).ok());
   ASSERT_NE(stored_bytes(plain, kStockExtensionName), stored_bytes(before, kStockExtensionName));
-  coarse.condense = true;
+  coarse.condense = Condense::kFast;
   const auto reports = must(encode_document(condensed, coarse, cpu_backend(), test_pool()));
   EXPECT_FALSE(reports.at(0).keeps_streams);
   EXPECT_TRUE(is_condensed(condensed));
@@ -169,7 +168,7 @@ TEST(Condense, ViewsOfTheSameBytesStay) {
     return document;
   };
   Document patches = document_from_mesh(make_grid(kColumns, kRows));
-  ASSERT_TRUE(encode_with(patches, {.patches = {.count = 5}}).ok());
+  ASSERT_TRUE(encode_with(patches, DocumentOptions{.patches = {.count = 5}}).ok());
   for (const Document& before : {with_second_view(stock_document(rough_sheet())), with_second_view(patches)}) {
     Document document = before;
     const auto reports = must(encode_document(document, condensing(), cpu_backend(), test_pool()));
@@ -232,7 +231,7 @@ TEST(Condense, PointsThatStockDracoRepeatsAreJoined) {
 // Patches that the input has already: nothing is encoded again.
 TEST(Condense, PatchesAreCondensedAsTheyAre) {
   Document before = document_from_mesh(rich_mesh(kColumns, kRows));
-  ASSERT_TRUE(encode_with(before, {.patches = {.count = 5}}).ok());
+  ASSERT_TRUE(encode_with(before, DocumentOptions{.patches = {.count = 5}}).ok());
   // Another primitive has the same container.
   Json& primitives = before.json()["meshes"][0]["primitives"];
   primitives.push_back(Json(primitives[0]));
@@ -278,9 +277,9 @@ TEST(Condense, StockDracoThatIsCondensedKeepsItsManifold) {
 
 TEST(Condense, CompatKhrIsTheSameWithAndWithout) {
   Document plain = document_from_mesh(make_grid(kColumns, kRows)), condensed = plain;
-  EncodeDocumentOptions options{.patches = {.count = 3}, .compat = Compat::kKhr};
+  EncodeDocumentOptions options = DocumentOptions{.patches = {.count = 3}, .compat = Compat::kKhr};
   ASSERT_TRUE(encode_with(plain, options).ok());
-  options.condense = true;
+  options.condense = Condense::kFast;
   ASSERT_TRUE(encode_with(condensed, options).ok());
   EXPECT_EQ(condensed.json(), plain.json());
 }

@@ -6,7 +6,6 @@
 
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/gltf_ext/asset.h"
@@ -15,7 +14,7 @@ namespace psplit {
 namespace {
 
 EncodeDocumentOptions lossless() {
-  const EncodeDocumentOptions options{.lossless = true};
+  const EncodeDocumentOptions options = DocumentOptions{.lossless = true};
   return options;
 }
 
@@ -73,8 +72,8 @@ TEST(EncodeDocument, EveryAttributeComesBack) {
       for (const Fallback fallback : {Fallback::kNone, Fallback::kUncompressed}) {
         SCOPED_TRACE(std::to_string(exact) + " " + std::to_string(patches));
         Document document = document_from_mesh(mesh);
-        const EncodeDocumentOptions options{
-            .patches = {.count = patches}, .lossless = exact, .fallback = fallback};
+        const EncodeDocumentOptions options =
+            DocumentOptions{.patches = {.count = patches}, .lossless = exact, .fallback = fallback};
         const auto reports = must(encode(document, options));
         ASSERT_EQ(reports.size(), 1u);
         EXPECT_EQ(reports[0].skipped, "");
@@ -115,14 +114,15 @@ TEST(EncodeDocument, ListsTheExtension) {
   EXPECT_EQ(without.json()["extensionsUsed"], Json::array({kExtensionName}));
   EXPECT_EQ(without.json()["extensionsRequired"], Json::array({kExtensionName}));
   EXPECT_EQ(count_in(without, "\"bufferView\""), 1u);
-  ASSERT_TRUE(encode(with, {.fallback = Fallback::kUncompressed}).ok());
+  ASSERT_TRUE(encode(with, DocumentOptions{.fallback = Fallback::kUncompressed}).ok());
   EXPECT_EQ(with.json()["extensionsUsed"], Json::array({kExtensionName}));
   EXPECT_FALSE(with.json().contains("extensionsRequired"));
 }
 
 TEST(EncodeDocument, TheFallbackIsWhatThePatchesDecodeTo) {
   Document document = document_from_mesh(rich_mesh());
-  ASSERT_TRUE(encode(document, {.patches = {.count = 4}, .fallback = Fallback::kUncompressed}).ok());
+  ASSERT_TRUE(
+      encode(document, DocumentOptions{.patches = {.count = 4}, .fallback = Fallback::kUncompressed}).ok());
   const Expected<Mesh> patched = read(document);
   primitive_of(document).erase("extensions");
   const Expected<Mesh> plain = read(document);
@@ -300,7 +300,7 @@ TEST(EncodeDocument, DividesThePointsOfPrimitivesThatShareAttributes) {
 TEST(EncodeDocument, DividedPrimitivesKeepTheirBorderClosed) {
   Document document = two_materials();
   const size_t common = 3;  // points 1, 13 and 14
-  ASSERT_TRUE(encode(document, {.position_bits = 7}).ok());
+  ASSERT_TRUE(encode(document, DocumentOptions{.position_bits = 7}).ok());
   EXPECT_EQ(read(document, 0, 1)->point_count, 4u);
   EXPECT_EQ(common_positions(read(document, 0, 0), read(document, 0, 1)), common);
 }
@@ -469,7 +469,7 @@ Document two_halves(bool one_mesh) {
 
 TEST(QuantizationVolume, KeepsBordersClosed) {
   for (const bool one_mesh : {true, false}) {
-    const EncodeDocumentOptions options{
+    const EncodeDocumentOptions options = DocumentOptions{
         .position_bits = 9, .volume = one_mesh ? QuantizationVolume::kMesh : QuantizationVolume::kScene};
     Document document = two_halves(one_mesh);
     ASSERT_TRUE(encode(document, options).ok());
@@ -477,7 +477,8 @@ TEST(QuantizationVolume, KeepsBordersClosed) {
   }
   // With separate grids they do not meet; otherwise the test would show nothing.
   Document document = two_halves(true);
-  ASSERT_TRUE(encode(document, {.position_bits = 9, .volume = QuantizationVolume::kPrimitive}).ok());
+  ASSERT_TRUE(
+      encode(document, DocumentOptions{.position_bits = 9, .volume = QuantizationVolume::kPrimitive}).ok());
   EXPECT_LT(common_positions(read(document), read(document, 0, 1)), 9u);
 }
 
@@ -487,7 +488,7 @@ TEST(QuantizationVolume, AGeometryOfTwoMeshesJoinsThem) {
   Json both = document.json()["meshes"][0];
   document.json()["meshes"][0]["primitives"].erase(1);
   document.json()["meshes"].push_back(both);
-  ASSERT_TRUE(encode(document, {.position_bits = 9, .volume = QuantizationVolume::kMesh}).ok());
+  ASSERT_TRUE(encode(document, DocumentOptions{.position_bits = 9, .volume = QuantizationVolume::kMesh}).ok());
   EXPECT_EQ(common_positions(read(document, 1, 0), read(document, 1, 1)), 9u);
 }
 
@@ -611,7 +612,7 @@ TEST(StockDraco, IsWrittenAndReadAgain) {
 TEST(StockDraco, KeepsFacesThatAGridCollapses) {
   const Mesh mesh = rich_mesh(20, 20);
   Document document = document_from_mesh(mesh);
-  ASSERT_TRUE(encode(document, {.position_bits = 3}).ok());
+  ASSERT_TRUE(encode(document, DocumentOptions{.position_bits = 3}).ok());
   ASSERT_TRUE(decode(document).ok());
   ASSERT_EQ(read(document)->faces.size(), mesh.faces.size());
   ASSERT_TRUE(encode_document_stock(document, {}, test_pool()));

@@ -49,7 +49,7 @@ TEST_F(DecodeToFile, GivesTheSameOutput) {
       document.json()["images"] = Json::array({{{"mimeType", "image/png"}, {"bufferView", 0}}});
       document.json()["images"][0]["bufferView"] = document.json()["bufferViews"].size() - 1;
     }
-    ASSERT_TRUE(encode(document, {.patches = {.count = 9}}).ok());
+    ASSERT_TRUE(encode(document, DocumentOptions{.patches = {.count = 9}}).ok());
     expect_same_output(document);
   }
 }
@@ -66,7 +66,7 @@ TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
   Json points = primitive;
   points["mode"] = 0;
   document.json()["meshes"][2]["primitives"][1] = points;
-  ASSERT_TRUE(encode(document, {.patches = {.count = 5}, .condense = true}).ok());
+  ASSERT_TRUE(encode(document, DocumentOptions{.patches = {.count = 5}, .condense = true}).ok());
   expect_same_output(document);
 }
 
@@ -75,7 +75,7 @@ TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
   Document document = document_from_mesh(rich_mesh(20, 10));
   for (const uint32_t columns : {25u, 30u, 35u}) add_mesh(document, rich_mesh(columns, 10));
   // All of them become stock Draco.
-  const EncodeDocumentOptions options{.patches = {.faces = 500}, .compat = Compat::kKhr};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.faces = 500}, .compat = Compat::kKhr};
   ASSERT_TRUE(encode_document(document, options, reference_backend(), test_pool()).ok());
   expect_same_output(document);
 }
@@ -83,8 +83,8 @@ TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
 TEST_F(DecodeToFile, TheDocumentStatesTheBytes) {
   for (const bool in_patches : {true, false}) {
     Document document = document_from_mesh(rich_mesh(40, 30));
-    const EncodeDocumentOptions options{.patches = {.count = in_patches ? 4u : 1u},
-                                        .compat = in_patches ? Compat::kNone : Compat::kKhr};
+    const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = in_patches ? 4u : 1u},
+                                                          .compat = in_patches ? Compat::kNone : Compat::kKhr};
     ASSERT_TRUE(encode(document, options).ok());
     const StatedBytes stated = stated_bytes(document);
     EXPECT_GT(stated.stored, 1000u);
@@ -104,7 +104,7 @@ TEST_F(DecodeToFile, ABufferKeepsItsName) {
   for (const uint64_t memory : {uint64_t{0}, uint64_t{1}}) {
     Document document = document_from_mesh(rich_mesh());
     document.json()["buffers"][0]["name"] = "geometry";
-    ASSERT_TRUE(encode(document, {.patches = {.count = 4}}).ok());
+    ASSERT_TRUE(encode(document, DocumentOptions{.patches = {.count = 4}}).ok());
     ASSERT_TRUE(decode_document(document, cpu_backend(), test_pool(), {}, MemoryLimit{memory, folder_}).ok());
     const Json& buffers = std::as_const(document).json()["buffers"];
     ASSERT_EQ(buffers.size(), 1u);
@@ -114,7 +114,7 @@ TEST_F(DecodeToFile, ABufferKeepsItsName) {
 
 TEST_F(DecodeToFile, GivesTheSameErrors) {
   Document document = document_from_mesh(rich_mesh());
-  ASSERT_TRUE(encode(document, {.patches = {.count = 4}}).ok());
+  ASSERT_TRUE(encode(document, DocumentOptions{.patches = {.count = 4}}).ok());
   document.source = "asset.glb";
   // Whether the document is refused.
   const auto expect_same_error = [&](const Document& broken) {

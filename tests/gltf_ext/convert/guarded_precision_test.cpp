@@ -67,7 +67,7 @@ TEST(GuardedPrecision, StatedBitsStayAndWarn) {
     Document document = document_from_mesh(tiled_sheet(4096));
     EncodeDocumentOptions options;
     if (is_usual)
-      options.given_bits.texcoord = true;
+      options.given.texcoord = true;
     else
       options.texcoord_bits = 11;
     const auto reports = must(encode(document, options));
@@ -100,7 +100,7 @@ TEST(GuardedPrecision, BitsChosenByEdgesAreGuardedToo) {
   positions[0] = -1e6f;
   mesh.attributes[0] = make_attribute("POSITION", ComponentType::kFloat32, 3, false, positions);
   Document document = document_from_mesh(mesh);
-  const auto reports = must(encode(document, {.position_bits_by_edges = true}));
+  const auto reports = must(encode(document, DocumentOptions{.position_bits_by_edges = true}));
   EXPECT_EQ(joined(reports[0].notes).find("POSITION is kept exactly"), 0u) << joined(reports[0].notes);
   EXPECT_EQ(must(read(document)).point_count, mesh.point_count);
 }
@@ -108,7 +108,7 @@ TEST(GuardedPrecision, BitsChosenByEdgesAreGuardedToo) {
 TEST(GuardedPrecision, AnErrorBoundIsGiven) {
   Mesh mesh = tiled_sheet(1);
   Document document = document_from_mesh(mesh);
-  const auto reports = must(encode(document, {.max_position_error = 0.1}));
+  const auto reports = must(encode(document, DocumentOptions{.max_position_error = 0.1}));
   EXPECT_TRUE(reports[0].notes.empty());
   EXPECT_NE(joined(reports[0].warnings).find("as given"), std::string::npos) << joined(reports[0].warnings);
 }

@@ -1,11 +1,12 @@
 // Lossless means equal bits: for floats of every kind, at every speed, for whole documents and with both
 // decoders.
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/stock_stream.h"
 
 namespace psplit {
 namespace {
@@ -42,8 +43,8 @@ TEST(Lossless, FloatsOfEveryKindComeBackAsTheSameBits) {
     for (const uint64_t patches : {1u, 2u, 9u}) {
       SCOPED_TRACE("speed " + std::to_string(speed) + ", patches " + std::to_string(patches));
       Document document = document_from_mesh(mesh);
-      const EncodeDocumentOptions options{
-          .patches = {.count = patches}, .encode_speed = speed, .lossless = true};
+      const EncodeDocumentOptions options =
+          DocumentOptions{.patches = {.count = patches}, .encode_speed = speed, .lossless = true};
       const auto reports = must(encode(document, options));
       EXPECT_EQ(reports.front().statistics.patch_count, patches);
       for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
@@ -72,8 +73,8 @@ TEST(Lossless, DocumentsOfFloatsOfEveryKindAreValid) {
     return attribute.semantic != "POSITION" && attribute.semantic != "_FEATURE_ID_0";
   });
   Document document = document_from_mesh(mesh);
-  const EncodeDocumentOptions options{
-      .patches = {.count = 5}, .lossless = true, .fallback = Fallback::kUncompressed};
+  const EncodeDocumentOptions options =
+      DocumentOptions{.patches = {.count = 5}, .lossless = true, .fallback = Fallback::kUncompressed};
   ASSERT_TRUE(encode(document, options).ok());
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()})
     for (const Finding& finding : validate_document(document, backend, test_pool()))
@@ -114,7 +115,7 @@ TEST(WholeNumbers, ComeBackWithoutAnOption) {
       for (const bool condense : {false, true}) {
         Document document = with_numbers(semantic, number);
         EncodeDocumentOptions options;
-        options.condense = condense;
+        options.condense = condense ? Condense::kFast : Condense::kNo;
         const auto reports = must(encode(document, options));
         EXPECT_TRUE(reports[0].warnings.empty());
         EXPECT_EQ(changed_numbers(document, semantic, number), 0u) << semantic << " " << step;
@@ -124,8 +125,8 @@ TEST(WholeNumbers, ComeBackWithoutAnOption) {
 
 TEST(WholeNumbers, AreRoundedToBitsThatAreGivenWithAWarning) {
   const auto number = [](uint32_t point) { return static_cast<float>(3 * point); };
-  EncodeDocumentOptions options{.generic_bits = 8};
-  options.given_bits.generic = true;
+  EncodeDocumentOptions options = DocumentOptions{.generic_bits = 8};
+  options.given.generic = true;
   Document document = with_numbers("_ANY", number);
   const auto reports = must(encode(document, options));
   EXPECT_EQ(reports[0].warnings,

@@ -5,7 +5,6 @@
 
 #include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
@@ -105,7 +104,7 @@ TEST(Neighbours, StockDracoKeepsTheGridsThatItStates) {
       for (const bool condense : {false, true}) {
         Document again = document;
         EncodeDocumentOptions options;
-        options.condense = condense;
+        options.condense = condense ? Condense::kFast : Condense::kNo;
         options.patches.count = 3;
         options.patches.always = true;
         const auto reports = must(encode(again, options));
@@ -115,7 +114,7 @@ TEST(Neighbours, StockDracoKeepsTheGridsThatItStates) {
       }
       EncodeDocumentOptions options;
       options.position_bits = bits + 1;
-      options.given_bits.position = true;
+      options.given.position = true;
       must(encode(document, options));
       EXPECT_NE(compare_meshes(before, must(read(document))), "");
     }
@@ -126,9 +125,11 @@ TEST(Neighbours, StockDracoThatIsDecodedFirstKeepsItsGrid) {
   for (const int bits : {12, 20}) {
     Document document = in_stock_draco({sheet(0)}, bits);
     const Mesh before = must(read(document));
-    const StatedGrids stated = all_stated_grids(document, test_pool());
+    EncodeDocumentOptions options;
+    options.storage = Storage::kOneStream;
+    options.stated = all_stated_grids(document, test_pool());
     ASSERT_TRUE(decode(document).ok());
-    must(encode_document_stock(document, EncodeDocumentOptions(), test_pool(), stated));
+    must(encode_document(document, options, reference_backend(), test_pool()));
     EXPECT_EQ(compare_meshes(before, must(read(document))), "");
     EXPECT_EQ(all_stated_grids(document, test_pool()).begin()->second.at("POSITION").bits, bits);
   }

@@ -9,7 +9,6 @@
 
 #include "encoder/coding/position_bits.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {
@@ -216,10 +215,10 @@ TEST(Precision, IsHalfAStepOfTheGridThatStoredValuesCallFor) {
     std::vector<Sheet> sheets;
     for (uint32_t count = 1 + random.below(4); count > 0; --count) sheets.push_back(random.sheet());
     const size_t in_first_mesh = 1 + random.below(static_cast<uint32_t>(sheets.size()));
-    EncodeDocumentOptions options{.position_bits = 5 + static_cast<int>(random.below(12)),
-                                  .texcoord_bits = 5 + static_cast<int>(random.below(12)),
-                                  .color_bits = 4 + static_cast<int>(random.below(8)),
-                                  .generic_bits = 1 + static_cast<int>(random.below(16))};
+    EncodeDocumentOptions options = DocumentOptions{.position_bits = 5 + static_cast<int>(random.below(12)),
+                                                    .texcoord_bits = 5 + static_cast<int>(random.below(12)),
+                                                    .color_bits = 4 + static_cast<int>(random.below(8)),
+                                                    .generic_bits = 1 + static_cast<int>(random.below(16))};
     options.volume = std::array{QuantizationVolume::kMesh, QuantizationVolume::kMesh,
                                 QuantizationVolume::kPrimitive, QuantizationVolume::kScene}[random.below(4)];
     const auto group = [&](size_t i) {

@@ -5,9 +5,8 @@
 #include <mutex>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/write_document.h"
@@ -15,6 +14,7 @@
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/stock_stream.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -53,7 +53,7 @@ TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
   Mesh mesh = make_grid(40, 40);
   mesh.faces.push_back({0, 0, 1});
   Document document = document_from_mesh(mesh);
-  const EncodeDocumentOptions options{.patches = {.count = 5}};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = 5}};
   std::mutex mutex;
   std::vector<size_t> done;
   must(encode_document(document, options, cpu_backend(), test_pool(), [&](size_t faces, size_t total) {
@@ -106,7 +106,7 @@ TEST(StorageChoice, ADracoFileOfWideIntegersIsEncodedAnew) {
     const StockStream stream = must(encode_stock_stream(mesh, codings, 0));
     Document document = must(document_from_draco(stream.bytes, describe_stream));
     EXPECT_EQ(findings_of(document, draco_backend()), "");
-    const auto reports = must(encode_by_default(document, {.keep_duplicates = true}));
+    const auto reports = must(encode_by_default(document, DocumentOptions{.keep_duplicates = true}));
     EXPECT_EQ(reports[0].skipped, "");
     EXPECT_EQ(findings_of(document, draco_backend()), "");
     ASSERT_TRUE(decode(document).ok());
@@ -142,7 +142,8 @@ TEST(StorageChoice, OneAssetMayHoldBothExtensions) {
   for (const Fallback fallback : {Fallback::kNone, Fallback::kUncompressed}) {
     Document document = small_and_large();
     const Expected<Mesh> small = read(document), large = read(document, 0, 1);
-    const EncodeDocumentOptions options{.patches = {.faces = 1000}, .lossless = true, .fallback = fallback};
+    const EncodeDocumentOptions options =
+        DocumentOptions{.patches = {.faces = 1000}, .lossless = true, .fallback = fallback};
     const auto reports = must(encode_by_default(document, options));
     EXPECT_EQ(reports[0].stored_as, StoredAs::kDraco);
     EXPECT_EQ(reports[1].stored_as, StoredAs::kPatches);
@@ -174,10 +175,11 @@ TEST(StorageChoice, MinFacesAndAlwaysPatches) {
   };
   using enum StoredAs;
   EXPECT_EQ(stored({}), (std::array{kDraco, kDraco}));
-  EXPECT_EQ(stored({.patches = {.min_faces = 4000}}), (std::array{kDraco, kPatches}));
-  EXPECT_EQ(stored({.patches = {.always = true}}), (std::array{kPatches, kPatches}));
-  EXPECT_EQ(stored({.patches = {.faces = 1000, .min_faces = 5000}}), (std::array{kDraco, kDraco}));
-  EXPECT_EQ(stored({.patches = {.min_faces = 4000}, .compat = Compat::kKhr}),
+  EXPECT_EQ(stored(DocumentOptions{.patches = {.min_faces = 4000}}), (std::array{kDraco, kPatches}));
+  EXPECT_EQ(stored(DocumentOptions{.patches = {.always = true}}), (std::array{kPatches, kPatches}));
+  EXPECT_EQ(stored(DocumentOptions{.patches = {.faces = 1000, .min_faces = 5000}}),
+            (std::array{kDraco, kDraco}));
+  EXPECT_EQ(stored(DocumentOptions{.patches = {.min_faces = 4000}, .compat = Compat::kKhr}),
             (std::array{kDraco, kPatchPrimitives}));
 }
 
@@ -216,7 +218,8 @@ TEST(StorageChoice, SplittingCostsLittleUnlessItIsAskedFor) {
     for (const bool condense : {false, true}) {
       const auto bytes_of = [&](PatchTarget patches, uint64_t& count) {
         Document document = document_from_mesh(mesh);
-        const auto reports = must(encode_by_default(document, {.patches = patches, .condense = condense}));
+        const auto reports =
+            must(encode_by_default(document, DocumentOptions{.patches = patches, .condense = condense}));
         EXPECT_EQ(findings_of(document, draco_backend()), "");
         count = reports[0].statistics.patch_count;
         return reports[0].bytes;
@@ -237,7 +240,8 @@ TEST(StorageChoice, TheLimitOfPatchesDoesNotDependOnTheEncoder) {
     uint64_t counts[2];
     for (const bool by_libdraco : {false, true}) {
       Document document = document_from_mesh(mesh);
-      counts[by_libdraco] = must(encode_by_default(document, {.by_libdraco = by_libdraco}))[0].bytes;
+      counts[by_libdraco] =
+          must(encode_by_default(document, DocumentOptions{.by_libdraco = by_libdraco}))[0].bytes;
     }
     EXPECT_EQ(counts[0], counts[1]);
   }
@@ -272,7 +276,7 @@ TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
       {{{"POSITION",
          append_accessor(document, make_data(ComponentType::kFloat32, 3, values_of<float>(mesh.attributes[0])),
                          34962, true)}}});
-  const auto reports = must(encode_by_default(document, {.lossless = true}));
+  const auto reports = must(encode_by_default(document, DocumentOptions{.lossless = true}));
   ASSERT_EQ(reports[0].stored_as, StoredAs::kDraco);
   const auto morphs = read_morph_targets(document, {0, 0});
   ASSERT_TRUE(morphs && morphs->size() == 1);
@@ -281,7 +285,7 @@ TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
 
 TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   Document document = document_from_mesh(make_grid(60, 40));
-  EncodeDocumentOptions coarse{.position_bits = 8};
+  EncodeDocumentOptions coarse = DocumentOptions{.position_bits = 8};
   ASSERT_TRUE(encode_by_default(document, coarse));
   const Document stock = document;
   auto reports = must(encode_by_default(document));
@@ -290,7 +294,7 @@ TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   EXPECT_EQ(reports[0].bytes, reports[0].input_bytes);
   EXPECT_EQ(document.json(), stock.json());
   // If the user asks for patches, they are written, with a warning.
-  reports = must(encode_by_default(document, {.patches = {.count = 4}}));
+  reports = must(encode_by_default(document, DocumentOptions{.patches = {.count = 4}}));
   EXPECT_EQ(reports[0].stored_as, StoredAs::kPatches);
   ASSERT_EQ(reports[0].warnings.size(), 1u);
   EXPECT_TRUE(reports[0].warnings[0].starts_with("grows: "));
@@ -333,7 +337,7 @@ TEST(StorageChoice, CondensingNeverMakesAFileLarger) {
       EncodeDocumentOptions options;
       if (columns % 3 == 0) options.fallback = Fallback::kUncompressed;
       must(encode_by_default(document, options));
-      options.condense = true;
+      options.condense = Condense::kFast;
       must(encode_by_default(condensed, options));
       const bool is_condensed = count_in(condensed, kExtensionName) > 0;
       for (const char* name : {"a.glb", "a.gltf"}) {
@@ -417,16 +421,17 @@ TEST(StorageChoice, LargeStockDracoIsSplitIfItDoesNotGrow) {
   Document stock = document_from_mesh(make_mesh(positions, flat.faces));
   ASSERT_TRUE(encode_document_stock(stock, {}, test_pool()));
   Document document = stock;
-  auto reports = must(encode_by_default(document, {.patches = {.min_faces = 10000}, .condense = true}));
+  auto reports =
+      must(encode_by_default(document, DocumentOptions{.patches = {.min_faces = 10000}, .condense = true}));
   EXPECT_EQ(reports[0].stored_as, StoredAs::kPatches) << reports[0].skipped;
   EXPECT_GT(reports[0].statistics.patch_count, 1u);
   EXPECT_LE(glb_bytes(document), glb_bytes(stock));
   document = stock;
-  reports = must(encode_by_default(document, {.patches = {.count = 2}}));
+  reports = must(encode_by_default(document, DocumentOptions{.patches = {.count = 2}}));
   EXPECT_EQ(reports[0].stored_as, StoredAs::kPatches) << reports[0].skipped;
   EXPECT_GT(reports[0].bytes, reports[0].input_bytes);
   document = stock;
-  reports = must(encode_by_default(document, {.patches = {.min_faces = 10000}}));
+  reports = must(encode_by_default(document, DocumentOptions{.patches = {.min_faces = 10000}}));
   EXPECT_EQ(reports[0].stored_as, StoredAs::kAsItWas);
   EXPECT_EQ(glb_bytes(document), glb_bytes(stock));
   EXPECT_TRUE(reports[0].skipped.ends_with("in patches; --patches and --patch-faces split it all the same"))
@@ -449,7 +454,8 @@ TEST(StorageChoice, WhatDrawsNothingGoesAndIsCounted) {
   EXPECT_EQ(reports[0].statistics.dropped_points, 1u);
   EXPECT_EQ(reports[0].statistics.merged_points, 1u);
   Document kept = document_from_mesh(mesh);
-  const auto of_kept = must(encode_by_default(kept, {.keep_degenerate = true, .keep_unused = true}));
+  const auto of_kept =
+      must(encode_by_default(kept, DocumentOptions{.keep_degenerate = true, .keep_unused = true}));
   EXPECT_EQ(of_kept[0].stored_as, StoredAs::kPatches);  // Edgebreaker cannot code them
   EXPECT_EQ(of_kept[0].statistics.residue_faces, 2u);
   EXPECT_EQ(of_kept[0].statistics.residue_points, 1u);
@@ -481,7 +487,8 @@ TEST(StorageChoice, FacesThatAMorphTargetOpensAreKept) {
     primitive_of(document)["targets"] =
         Json::array({{{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas),
                                                    34962, true)}}});
-    const EncodeDocumentOptions options{.patches = {.count = whole ? 1u : 3u}, .lossless = true};
+    const EncodeDocumentOptions options =
+        DocumentOptions{.patches = {.count = whole ? 1u : 3u}, .lossless = true};
     const auto reports = must(encode_by_default(document, options));
     EXPECT_EQ(reports[0].stored_as, whole ? StoredAs::kDraco : StoredAs::kPatches);
     EXPECT_EQ(reports[0].statistics.dropped_faces, 0u);

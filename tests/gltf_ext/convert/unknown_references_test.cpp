@@ -97,7 +97,7 @@ TEST(UnknownReferences, IndicesOfOtherObjectsKeepNoGeometry) {
 TEST(UnknownReferences, ExpandLeavesANamedContainer) {
   Document document = document_from_mesh(make_grid(60, 40));
   EncodeDocumentOptions options;
-  options.condense = true;
+  options.condense = Condense::kFast;
   options.patches.always = true;
   options.patches.count = 4;
   must(encode(document, options).status());

@@ -47,7 +47,7 @@ Document patched(Fallback fallback = Fallback::kNone) {
   points["mode"] = 0;
   document.json()["meshes"] =
       Json::array({{{"primitives", {points}}}, {{"primitives", Json::array({points, primitive})}}});
-  EXPECT_TRUE(encode(document, {.patches = {.count = 4}, .fallback = fallback}).ok());
+  EXPECT_TRUE(encode(document, DocumentOptions{.patches = {.count = 4}, .fallback = fallback}).ok());
   document.source = "asset.glb";
   return document;
 }
@@ -331,7 +331,7 @@ TEST(Validate, TypesOfStoredAttributes) {
 TEST(Validate, CopiesOfPoints) {
   const std::string found = broken([](Document& document) {
     Document coarse = document_from_mesh(rich_mesh());
-    ASSERT_TRUE(encode(coarse, {.patches = {.count = 4}, .position_bits = 9}).ok());
+    ASSERT_TRUE(encode(coarse, DocumentOptions{.patches = {.count = 4}, .position_bits = 9}).ok());
     const auto coarse_bytes = *buffer_view_bytes(
         coarse, primitive_of(coarse)["extensions"][kExtensionName]["bufferView"].get<int64_t>());
     const ContainerParts other(must(open_container(coarse_bytes)));

@@ -2,7 +2,6 @@
 #include <random>
 
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/write_document.h"
@@ -42,7 +41,7 @@ Document every_storage(int patches) {
   add_mesh(document, make_grid(7, 6));
   add_mesh(document, make_grid(5, 4));
   EncodeDocumentOptions options;
-  options.condense = true;
+  options.condense = Condense::kFast;
   options.patches.count = static_cast<uint32_t>(patches);
   EXPECT_TRUE(encode(document, options).ok());
   Document stock = document_from_mesh(make_grid(9, 8));
@@ -213,7 +212,7 @@ std::string warned(const Mesh& mesh, size_t joints = 400) {
     document.json()["skins"] = Json::array({{{"joints", bones}}});
     document.json()["nodes"][0]["skin"] = 0;
     if (encodes) {
-      EXPECT_TRUE(encode(document, {.lossless = true}).ok());
+      EXPECT_TRUE(encode(document, DocumentOptions{.lossless = true}).ok());
     }
     std::string found;
     for (const Finding& finding : validate_document(document, cpu_backend(), test_pool())) {

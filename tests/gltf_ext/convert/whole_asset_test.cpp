@@ -4,7 +4,6 @@
 #include <map>
 
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tests/gltf_ext/asset.h"
 
@@ -12,7 +11,7 @@ namespace psplit {
 namespace {
 
 EncodeDocumentOptions options_of(bool lossless, uint64_t patches = 4) {
-  const EncodeDocumentOptions options{.patches = {.count = patches}, .lossless = lossless};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = patches}, .lossless = lossless};
   return options;
 }
 

@@ -34,7 +34,7 @@ size_t buffer_of_accessor(const Document& document, const Json& index) {
 
 Document with_fallback() {
   Document document = document_from_mesh(rich_mesh());
-  EXPECT_TRUE(encode(document, {.patches = {.count = 3}, .fallback = Fallback::kUncompressed}));
+  EXPECT_TRUE(encode(document, DocumentOptions{.patches = {.count = 3}, .fallback = Fallback::kUncompressed}));
   return document;
 }
 

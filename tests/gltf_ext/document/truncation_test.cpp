@@ -45,7 +45,7 @@ void expect_refused(std::span<const uint8_t> bytes, const std::string& name) {
 
 TEST(Truncation, EveryOneOfASmallAssetIsRefusedByName) {
   Document document = document_from_mesh(make_grid(3, 3));
-  ASSERT_TRUE(encode(document, {.patches = {.count = 2}}));
+  ASSERT_TRUE(encode(document, DocumentOptions{.patches = {.count = 2}}));
   const std::vector<uint8_t> glb = glb_of(document), gltf = gltf_of(document);
   ASSERT_TRUE(parse_document(glb, "a.glb"));
   ASSERT_TRUE(parse_document(gltf, "a.gltf"));
@@ -63,7 +63,7 @@ TEST(Truncation, SamplesOfALargerAssetAreRefusedByName) {
 TEST(Truncation, EveryOneOfAContainerNamesItsPrimitive) {
   Document whole = document_from_mesh(make_grid(6, 6));
   whole.source = "asset.glb";
-  ASSERT_TRUE(encode(whole, {.patches = {.count = 3}}));
+  ASSERT_TRUE(encode(whole, DocumentOptions{.patches = {.count = 3}}));
   const size_t bytes = buffer_view_bytes(whole, 0)->size();
   for (size_t length = 0; length < bytes; ++length) {
     Document document = whole;
@@ -77,7 +77,7 @@ TEST(Truncation, EveryOneOfAContainerNamesItsPrimitive) {
 TEST(Truncation, AStreamThatIsNoneNamesItsPatch) {
   Document whole = document_from_mesh(make_grid(12, 12));
   whole.source = "asset.glb";
-  ASSERT_TRUE(encode(whole, {.patches = {.count = 4}}));
+  ASSERT_TRUE(encode(whole, DocumentOptions{.patches = {.count = 4}}));
   const PatchContainer container = must(open_container(*buffer_view_bytes(whole, 0)));
   ASSERT_EQ(container.streams.size(), 4u);
   for (size_t patch = 0; patch < 4; ++patch) {

@@ -219,12 +219,12 @@ TEST(EncodeOutOfCore, PlyInEveryEncoding) {
 }
 
 TEST(EncodeOutOfCore, ExactValues) {
-  const EncodeDocumentOptions options{.lossless = true};
+  const EncodeDocumentOptions options = DocumentOptions{.lossless = true};
   expect_as_in_memory(ply_of(blob(20000), Form::kLittle), options);
 }
 
 TEST(EncodeOutOfCore, LeavesAttributesOut) {
-  EncodeDocumentOptions options{.skip = {"NORMAL", "COLOR_0"}};
+  EncodeDocumentOptions options = DocumentOptions{.skip = {"NORMAL", "COLOR_0"}};
   expect_as_in_memory(ply_of(blob(9000), Form::kLittle), options);
   // Facets become points with their normals in memory, and without them in files.
   options.skip = {"NORMAL"};
@@ -236,7 +236,7 @@ TEST(EncodeOutOfCore, LeavesAttributesOut) {
 }
 
 TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
-  EncodeDocumentOptions options{.position_bits_by_edges = true};
+  EncodeDocumentOptions options = DocumentOptions{.position_bits_by_edges = true};
   expect_as_in_memory(ply_of(blob(20000), Form::kLittle), options);
   expect_as_in_memory(stl_of(blob(8000)), options);
   options.position_bits_by_edges = false;
@@ -248,10 +248,10 @@ TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
 TEST(EncodeOutOfCore, DoublesFarFromTheirOrigin) {
   for (const bool is_binary : {true, false}) {
     expect_as_in_memory(far_ply(is_binary, 100));
-    expect_as_in_memory(far_ply(is_binary, 100, true), {.lossless = true});
+    expect_as_in_memory(far_ply(is_binary, 100, true), DocumentOptions{.lossless = true});
   }
   expect_as_in_memory(far_stl(100));
-  expect_as_in_memory(far_stl(100, true), {.lossless = true});
+  expect_as_in_memory(far_stl(100, true), DocumentOptions{.lossless = true});
   expect_as_in_memory(far_obj(100));
   EXPECT_TRUE(contains(must(encode_file(far_stl(100))).document.json()["nodes"].dump(), "translation"));
 }
@@ -331,7 +331,8 @@ TEST(EncodeOutOfCore, ObjNamesItsFiles) {
 
 TEST(EncodeOutOfCore, Obj) { expect_obj_as_in_memory({}); }
 TEST(EncodeOutOfCore, ObjKeepsWhatIsWanted) {
-  expect_obj_as_in_memory({.keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
+  expect_obj_as_in_memory(
+      DocumentOptions{.keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
 }
 
 // They would be several primitives.
@@ -443,7 +444,7 @@ TEST(EncodeOutOfCore, AHeaderThatLiesIsInvalid) {
 
 TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
   const std::string file = ply_of(blob(25000), Form::kLittle);
-  const EncodeDocumentOptions options{.patches = {.count = 4}};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = 4}};
   InMemory expected = in_memory(file, options);
   OutOfCoreResult actual = must(encode_file(file, options, 1000000));
   const auto container = [](Document& document) {
@@ -455,7 +456,7 @@ TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
 }
 
 TEST(EncodeOutOfCore, PositionsCannotBeSkipped) {
-  const auto result = encode_file(ply_of(blob(2000), Form::kLittle), {.skip = {"POSITION"}});
+  const auto result = encode_file(ply_of(blob(2000), Form::kLittle), DocumentOptions{.skip = {"POSITION"}});
   EXPECT_EQ(result.status().code(), StatusCode::kUsage);
 }
 
@@ -484,14 +485,18 @@ void expect_options_as_in_memory(const EncodeDocumentOptions& options) {
   expect_as_in_memory(stl_of(facets), options);
 }
 
-TEST(EncodeOutOfCore, KeepsDegenerateFaces) { expect_options_as_in_memory({.keep_degenerate = true}); }
-TEST(EncodeOutOfCore, KeepsUnusedPoints) { expect_options_as_in_memory({.keep_unused = true}); }
-TEST(EncodeOutOfCore, KeepsDuplicates) { expect_options_as_in_memory({.keep_duplicates = true}); }
+TEST(EncodeOutOfCore, KeepsDegenerateFaces) {
+  expect_options_as_in_memory(DocumentOptions{.keep_degenerate = true});
+}
+TEST(EncodeOutOfCore, KeepsUnusedPoints) { expect_options_as_in_memory(DocumentOptions{.keep_unused = true}); }
+TEST(EncodeOutOfCore, KeepsDuplicates) {
+  expect_options_as_in_memory(DocumentOptions{.keep_duplicates = true});
+}
 TEST(EncodeOutOfCore, KeepsAll) {
   expect_options_as_in_memory(
-      {.lossless = true, .keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
+      DocumentOptions{.lossless = true, .keep_degenerate = true, .keep_unused = true, .keep_duplicates = true});
   // Even if there is nothing else.
-  const EncodeDocumentOptions options{.patches = {.always = true}, .keep_degenerate = true};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.always = true}, .keep_degenerate = true};
   for (const bool equal_points : {false, true}) {
     const std::string file = degenerate_ply(equal_points);
     const InMemory expected = in_memory(file, options);
@@ -505,7 +510,7 @@ TEST(EncodeOutOfCore, KeepsAll) {
 TEST(EncodeOutOfCore, StoresBoxes) {
   for (const bool condense : {false, true}) {
     EncodeDocumentOptions options;
-    options.condense = condense;
+    options.condense = condense ? Condense::kFast : Condense::kNo;
     const std::string file = ply_of(untidy(20000), Form::kLittle);
     options.keep_degenerate = options.keep_unused = true;
     const auto plain = must(encode_file(file, options));
@@ -522,7 +527,7 @@ TEST(EncodeOutOfCore, StoresBoxes) {
 
 TEST(EncodeOutOfCore, Condenses) {
   EncodeDocumentOptions options;
-  options.condense = true;
+  options.condense = Condense::kFast;
   expect_as_in_memory(ply_of(blob(30000), Form::kLittle), options);
   options.keep_degenerate = options.keep_unused = true;
   expect_as_in_memory(ply_of(untidy(12000), Form::kLittle), options);
@@ -605,7 +610,7 @@ Document large_and_small(uint64_t faces) {
 TEST(EncodeLargePrimitives, EncodesThemInPartsAndTheOthersAsAlways) {
   Document expected = large_and_small(30000), actual = expected;
   auto expected_reports = must(encode(expected));
-  auto reports = must(encode_in_parts(actual, {.patches = {.always = true}}));
+  auto reports = must(encode_in_parts(actual, DocumentOptions{.patches = {.always = true}}));
   ASSERT_EQ(reports.size(), 3u);
   EXPECT_GT(reports[0].streams.size(), expected_reports[0].streams.size());
   for (size_t mesh = 0; mesh < 3; ++mesh) {
@@ -647,7 +652,7 @@ TEST(EncodeLargePrimitives, KeepsWhatIsWanted) {
 
 TEST(EncodeLargePrimitives, LeavesAttributesOut) {
   Document expected = large_and_small(9000), actual = expected;
-  const EncodeDocumentOptions options{.patches = {.always = true}, .skip = {"NORMAL"}};
+  const EncodeDocumentOptions options = DocumentOptions{.patches = {.always = true}, .skip = {"NORMAL"}};
   const auto expected_reports = must(encode(expected, options));
   const auto reports = must(encode_in_parts(actual, options));
   for (size_t mesh = 0; mesh < 3; ++mesh) {
@@ -670,7 +675,7 @@ TEST(EncodeLargePrimitives, ShareThePatchesWithAllOthers) {
   const TestFolder folder;
   for (const auto& [count, part_faces] : {std::pair{16u, uint64_t{6000}}, std::pair{64u, uint64_t{1500}}}) {
     SCOPED_TRACE(count);
-    const EncodeDocumentOptions options{.patches = {.count = count}};
+    const EncodeDocumentOptions options = DocumentOptions{.patches = {.count = count}};
     Document expected = large_and_small(30000), actual = expected;
     const auto expected_reports = must(encode(expected, options));
     const auto reports = must(encode_document(actual, options, reference_backend(), test_pool(), {},
@@ -707,7 +712,7 @@ TEST(EncodeLargePrimitives, CondensesThemAndThePatchesOfTheInput) {
   document.json()["meshes"].erase(2);
   Document small = document;
   small.json()["meshes"].erase(0);
-  ASSERT_TRUE(encode(small, {.patches = {.count = 2}}).ok());
+  ASSERT_TRUE(encode(small, DocumentOptions{.patches = {.count = 2}}).ok());
   // The large mesh comes before the patches in one mesh.
   const Json large = append_primitive(small, blob(30000));
   Json& primitives = small.json()["meshes"][0]["primitives"];
@@ -715,7 +720,7 @@ TEST(EncodeLargePrimitives, CondensesThemAndThePatchesOfTheInput) {
 
   const Mesh patched = *read(small, 0, 1);
   EncodeDocumentOptions options;
-  options.condense = true;
+  options.condense = Condense::kFast;
   options.volume = QuantizationVolume::kPrimitive;
   const auto reports = must(encode_in_parts(small, options, 8000));
   ASSERT_EQ(reports.size(), 2u);
@@ -747,7 +752,8 @@ TEST(EncodeLargePrimitives, OnlyDegenerateTrianglesStayAsTheyAre) {
   }
   Document actual = expected;
   const auto expected_reports = must(encode(expected));
-  const auto reports = must(encode_in_parts(actual, {.volume = QuantizationVolume::kPrimitive}, 8000));
+  const auto reports =
+      must(encode_in_parts(actual, DocumentOptions{.volume = QuantizationVolume::kPrimitive}, 8000));
   const size_t count = actual.json()["meshes"][0]["primitives"].size();
   ASSERT_GT(count, 2u);
   for (const size_t mesh : {0u, 1u}) {
@@ -819,7 +825,7 @@ TEST(EncodeLargePrimitives, SaysWhatDoesNotFit) {
                        }
                      }),
                      "morph targets");
-  const EncodeDocumentOptions scene{.volume = QuantizationVolume::kScene};
+  const EncodeDocumentOptions scene = DocumentOptions{.volume = QuantizationVolume::kScene};
   expect_unsupported(status_of([](Document&) {}, scene), "--quantization-volume primitive");
   const Status bad = status_of([](Document& document) {
     for (const size_t mesh : {size_t{0}, size_t{1}})

@@ -4,7 +4,6 @@
 #include <fstream>
 
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/write_document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/corpus_folder.h"
@@ -127,8 +126,8 @@ class TinyGltfPlugin : public testing::Test {
     return document;
   }
   static void encode_in_place(Document& document, Fallback fallback = Fallback::kNone, bool condense = false) {
-    const EncodeDocumentOptions options{
-        .patches = {.count = 5, .always = true}, .fallback = fallback, .condense = condense};
+    const EncodeDocumentOptions options =
+        DocumentOptions{.patches = {.count = 5, .always = true}, .fallback = fallback, .condense = condense};
     const auto reports = must(encode_document(document, options, draco_backend(), test_pool()));
   }
 };
@@ -641,7 +640,8 @@ TEST_P(RealAssets, LoadAsTheirPlainFiles) {
     size_t primitives = 0;
     Expected<Document> document = read_document(path);
     if (!document) return primitives;
-    const EncodeDocumentOptions options{.patches = {.faces = 600, .always = true}, .verify = false};
+    const EncodeDocumentOptions options =
+        DocumentOptions{.patches = {.faces = 600, .always = true}, .verify = false};
     if (!encode_document(*document, options, draco_backend(), test_pool())) return primitives;
     // tinygltf cannot read views that meshoptimizer compressed, and these stay compressed.
     if (document->json().dump().find("meshopt_compression") != std::string::npos) return primitives;

@@ -23,10 +23,10 @@ TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
       for (const ThreadPool* pool : {&one, &seven}) {
         SCOPED_TRACE(sample.name);
         const Mesh decoded =
-            must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, *pool));
+            must(decode_container(cpu_backend(), sample.encoded.pieces[0].bytes, sample.requests, *pool));
         EXPECT_TRUE(same_bits(decoded, sample.mesh));
         // A checked decode returns the same mesh, and no findings for a valid container.
-        const PatchContainer container = must(open_container(sample.encoded.container));
+        const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
         const CheckedMesh checked = must(decode_checked(container, sample.requests, *pool));
         EXPECT_TRUE(same_bits(checked.mesh, sample.mesh));
         ASSERT_EQ(checked.streams.size(), container.entries.size());
@@ -46,7 +46,7 @@ TEST(CheckedDecode, FindsAttributesOfAnotherTypeInEachStream) {
     AttributeRequest& position = requests.front();
     if (position.component_type != ComponentType::kFloat32) continue;
     position.component_type = ComponentType::kInt16;
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     const Expected<CheckedMesh> checked = decode_checked(container, requests, pool);
     if (!checked) continue;  // a value does not fit
     for (size_t i = 0; i < checked->streams.size(); ++i) {
@@ -66,12 +66,13 @@ TEST(CpuBackend, DecodesFineGridsAsLibdracoDoes) {
       if (bits > 22 && speed < 5) continue;  // libdraco counts symbols in tables of 2^bits entries
       SCOPED_TRACE(std::to_string(bits) + " bits, speed " + std::to_string(speed));
       for (const bool condense : {false, true}) {
-        const EncodeOptions options{
+        const StreamOptions options{
             .patch_count = 3, .encode_speed = speed, .condense = condense, .verify = false};
         const EncodedMesh encoded = must(encode_mesh(mesh, fine_codings(mesh, bits), options, pool));
         const auto expected =
-            must(decode_container(draco_backend(), encoded.container, encoded.requests, pool));
-        const auto decoded = must(decode_container(cpu_backend(), encoded.container, encoded.requests, pool));
+            must(decode_container(draco_backend(), encoded.pieces[0].bytes, encoded.requests, pool));
+        const auto decoded =
+            must(decode_container(cpu_backend(), encoded.pieces[0].bytes, encoded.requests, pool));
         EXPECT_TRUE(same_bits(decoded, expected));
       }
     }
@@ -84,8 +85,8 @@ TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
     std::vector<AttributeRequest> requests = sample.requests;
     for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kUint8, ComponentType::kInt16}) {
       for (AttributeRequest& request : requests) request.component_type = type;
-      const auto expected = decode_container(draco_backend(), sample.encoded.container, requests, pool);
-      const auto decoded = decode_container(cpu_backend(), sample.encoded.container, requests, pool);
+      const auto expected = decode_container(draco_backend(), sample.encoded.pieces[0].bytes, requests, pool);
+      const auto decoded = decode_container(cpu_backend(), sample.encoded.pieces[0].bytes, requests, pool);
       ASSERT_EQ(decoded.ok(), expected.ok()) << decoded.status().to_string();
       if (!decoded) continue;
       EXPECT_TRUE(same_bits(*decoded, *expected));
@@ -100,8 +101,8 @@ TEST(CpuBackend, RefusesMutantsAsLibdracoDoesOrBefore) {
   size_t accepted = 0;
   for (int i = 0; i < 2000; ++i) {
     const PatchedSample& seed = seeds[random() % seeds.size()];
-    if (seed.encoded.container.size() > 20'000) continue;
-    std::vector<uint8_t> bytes = seed.encoded.container;
+    if (seed.encoded.pieces[0].bytes.size() > 20'000) continue;
+    std::vector<uint8_t> bytes = seed.encoded.pieces[0].bytes;
     for (int edits = 1 + static_cast<int>(random() % 2); edits > 0; --edits)
       bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 200))] =
           static_cast<uint8_t>(random());
@@ -122,14 +123,15 @@ TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
                                    [](const PatchedSample& s) { return s.encoded.statistics.patch_count > 2; });
   ASSERT_NE(sample, all.end());
   // No stream is Draco any more. The error names the first patch.
-  std::vector<uint8_t> bytes = sample->encoded.container;
+  std::vector<uint8_t> bytes = sample->encoded.pieces[0].bytes;
   for (size_t i = 0; i + 5 <= bytes.size(); ++i)
     if (std::memcmp(&bytes[i], "DRACO", 5) == 0) bytes[i] = 'd';
   const Status broken = decode_container(cpu_backend(), bytes, sample->requests, pool).status();
   EXPECT_EQ(broken.to_string(), "patch 0: Draco stream: not a Draco mesh");
   std::vector<AttributeRequest> requests = sample->requests;
   requests[0].unique_id = 77;
-  const Status missing = decode_container(cpu_backend(), sample->encoded.container, requests, pool).status();
+  const Status missing =
+      decode_container(cpu_backend(), sample->encoded.pieces[0].bytes, requests, pool).status();
   EXPECT_EQ(missing.code(), StatusCode::kInvalidInput);
   EXPECT_EQ(missing.place().patch, 0);
   EXPECT_TRUE(contains(missing.message(), "unique id 77"));

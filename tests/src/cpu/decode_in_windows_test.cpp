@@ -42,7 +42,7 @@ TEST(DecodeInWindows, GivesTheSameMeshAndFindings) {
   const ThreadPool one(1), seven(7);
   for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     const Decoded whole = decode(container, sample.requests, one, 0);
     ASSERT_TRUE(whole.status.ok());
     const uint64_t faces = container.face_count();
@@ -62,7 +62,7 @@ TEST(DecodeInWindows, GivesTheSameErrorForMutants) {
   size_t errors = 0, findings = 0;
   for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    std::vector<uint8_t> bytes = sample.encoded.container;
+    std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
     if (bytes.size() > 5000) continue;
     const size_t step = std::max<size_t>(1, bytes.size() / 60);
     for (size_t at = 0; at < bytes.size(); at += step) {

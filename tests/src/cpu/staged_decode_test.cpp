@@ -18,7 +18,7 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
   for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     for (const bool in_step : {false, true}) {
-      StagedInput input(*open_container(sample.encoded.container), sample.requests);
+      StagedInput input(*open_container(sample.encoded.pieces[0].bytes), sample.requests);
       StageTimes times;
       ASSERT_TRUE(decode_with_core(input, in_step, times).ok());
       size_t face = 0, byte = 0;

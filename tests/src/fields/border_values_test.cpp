@@ -21,7 +21,7 @@ namespace {
 struct Shared {
   CondensedSample sample;
   PatchContainer container;
-  PatchContainer original() const { return *open_container(sample.original.encoded.container); }
+  PatchContainer original() const { return *open_container(sample.original.encoded.pieces[0].bytes); }
 };
 
 CondensedSample blob_with_residue() {
@@ -29,10 +29,10 @@ CondensedSample blob_with_residue() {
   for (uint32_t i = 0; i < 5; ++i) mesh.faces.push_back({i, i, 3 * i + 1});
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
-  const EncodeOptions options{.patch_count = 5};
+  const StreamOptions options{.patch_count = 5};
   const ThreadPool pool(1);
   CondensedSample sample{encode_sample("bare blob with residue", mesh, codings, options, pool), {}};
-  sample.container = condensed_container(*open_container(sample.original.encoded.container), true, pool);
+  sample.container = condensed_container(*open_container(sample.original.encoded.pieces[0].bytes), true, pool);
   return sample;
 }
 

@@ -38,7 +38,7 @@ TEST(CondensedContainers, ExpandToTheContainersTheyWereMadeFrom) {
       skeletons += entry.skeleton > 0 ? 1 : 0;
     }
     const Bytes expanded = must(expand_container(container, pool));
-    EXPECT_EQ(expanded, sample.original.encoded.container);
+    EXPECT_EQ(expanded, sample.original.encoded.pieces[0].bytes);
     const auto decoded =
         must(decode_container(cpu_backend(), sample.container, sample.original.requests, pool));
     EXPECT_TRUE(same_bits(decoded, sample.original.mesh));

@@ -88,7 +88,7 @@ EncodedMesh encode_sheet(const Mesh& mesh, uint32_t patch_count, int speed) {
     codings.push_back(attribute.semantic == "NORMAL"                        ? AttributeCoding{10, true, {}, 0}
                       : attribute.component_type == ComponentType::kFloat32 ? *fit_grid(attribute, 12)
                                                                             : AttributeCoding{});
-  const EncodeOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
+  const StreamOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
   EncodedMesh encoded = must(encode_mesh(mesh, codings, options, ThreadPool(1)));
   return encoded;
 }
@@ -99,7 +99,7 @@ TEST(DracoFields, EveryPatchAtEverySpeedComesBack) {
   for (int speed = 0; speed <= 10; ++speed)
     for (const uint32_t patch_count : {1u, 2u, 7u, 60u, 960u}) {
       const EncodedMesh encoded = encode_sheet(sheet, patch_count, speed);
-      const PatchContainer container = *open_container(encoded.container);
+      const PatchContainer container = *open_container(encoded.pieces[0].bytes);
       for (const std::span<const uint8_t> stream : container.streams) {
         const DracoFields fields = must(read_fields(stream));
         EXPECT_EQ(difference(stream, fields), "") << patch_count << " patches, speed " << speed;
@@ -168,7 +168,7 @@ TEST(DracoFields, MutantsDoNotCrash) {
 // Fields that were changed are written or refused.
 TEST(DracoFields, ContradictionsAreRefused) {
   const EncodedMesh encoded = encode_sheet(make_sheet(6, 5), 1, 0);
-  const DracoFields good = *read_fields(open_container(encoded.container)->streams[0]);
+  const DracoFields good = *read_fields(open_container(encoded.pieces[0].bytes)->streams[0]);
   const auto refused = [&](auto change) {
     DracoFields fields = good;
     change(fields);
@@ -196,7 +196,7 @@ TEST(DracoFields, ContradictionsAreRefused) {
 
 TEST(DracoFields, SymbolsThatFormNoMeshHaveNoLists) {
   const EncodedMesh encoded = encode_sheet(make_sheet(6, 5), 1, 0);
-  const DracoFields good = *read_fields(open_container(encoded.container)->streams[0]);
+  const DracoFields good = *read_fields(open_container(encoded.pieces[0].bytes)->streams[0]);
   const auto refused = [&](auto change) {
     DracoFields fields = good;
     change(fields);

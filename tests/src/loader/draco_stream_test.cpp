@@ -119,7 +119,7 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   for (size_t i = 0; i < 60 && i < stream_samples().size(); ++i) {
     add(stream_samples()[i].exact_source(), stream_samples()[i].requests, stream_samples()[i].expected);
     const PatchedSample& sample = patched[i % patched.size()];
-    add({sample.encoded.container, sample.requests}, sample.requests, sample.mesh);
+    add({sample.encoded.pieces[0].bytes, sample.requests}, sample.requests, sample.mesh);
   }
   for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
     LoadOptions options{.backend = backend};

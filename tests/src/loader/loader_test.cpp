@@ -26,7 +26,9 @@ const PatchedSample& sample_of_many_patches() {
   return samples().front();
 }
 
-PrimitiveSource source_of(const PatchedSample& sample) { return {sample.encoded.container, sample.requests}; }
+PrimitiveSource source_of(const PatchedSample& sample) {
+  return {sample.encoded.pieces[0].bytes, sample.requests};
+}
 
 TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
   const DecodeBackend draco = draco_backend();
@@ -72,7 +74,7 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
   for (const PatchedSample& sample : samples()) {
     SCOPED_TRACE(sample.name);
     const CompressedPrimitive primitive = must(CompressedPrimitive::open(source_of(sample)));
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     residues += primitive.has_residue();
     uint32_t faces = 0, owned = 0;
     for (uint32_t n = 0; n < primitive.patch_count(); ++n) {
@@ -190,10 +192,10 @@ TEST(Loader, UsesTheBackendThatItIsGiven) {
 
 TEST(Loader, NamesThePatchThatIsBroken) {
   const PatchedSample& sample = sample_of_many_patches();
-  const PatchContainer container = must(open_container(sample.encoded.container));
+  const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
   // The end of the third patch's stream: opening does not read it.
-  std::vector<uint8_t> bytes = sample.encoded.container;
-  const auto begin = static_cast<size_t>(container.streams[2].data() - sample.encoded.container.data());
+  std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
+  const auto begin = static_cast<size_t>(container.streams[2].data() - sample.encoded.pieces[0].bytes.data());
   const size_t size = container.streams[2].size();
   std::fill_n(bytes.begin() + static_cast<ptrdiff_t>(begin + size / 2), size - size / 2, uint8_t{0xff});
   const CompressedPrimitive primitive = must(CompressedPrimitive::open({bytes, sample.requests}));
@@ -255,8 +257,8 @@ TEST(Loader, StopsBetweenPatches) {
 TEST(Loader, RefusesEveryTruncationWithAMessage) {
   size_t refused = 0;
   for (const PatchedSample& sample : samples()) {
-    if (sample.encoded.container.size() > 5000) continue;
-    for_each_truncation(sample.encoded.container, [&](const std::vector<uint8_t>& part) {
+    if (sample.encoded.pieces[0].bytes.size() > 5000) continue;
+    for_each_truncation(sample.encoded.pieces[0].bytes, [&](const std::vector<uint8_t>& part) {
       const Status status = CompressedPrimitive::open({part, sample.requests}).status();
       ASSERT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name << ", " << part.size();
       ASSERT_FALSE(status.message().empty());
@@ -278,8 +280,8 @@ TEST(Loader, TakesNoMoreMemoryForMutantsThanItSays) {
   size_t opened = 0, decoded = 0;
   for (int i = 0; i < 3000; ++i) {
     const PatchedSample& sample = samples()[random() % samples().size()];
-    if (sample.encoded.container.size() > 20'000) continue;
-    std::vector<uint8_t> bytes = sample.encoded.container;
+    if (sample.encoded.pieces[0].bytes.size() > 20'000) continue;
+    std::vector<uint8_t> bytes = sample.encoded.pieces[0].bytes;
     for (int edits = 1 + static_cast<int>(random() % 3); edits > 0; --edits)
       bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 200))] =
           static_cast<uint8_t>(random());

@@ -1,5 +1,6 @@
 // gltf-psplit inspect: its JSON, its table, and the preview.
-#include "encoder/stock_stream.h"
+#include "encoder/encode.h"
+#include "tests/support/stock_stream.h"
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {

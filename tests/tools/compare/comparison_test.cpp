@@ -19,7 +19,7 @@ Document document_of(std::span<const Mesh> meshes) {
 }
 
 std::vector<EncodeJob> read_all(const Document& document, const EncodeDocumentOptions& coding) {
-  Expected<EncodeJobs> read = read_jobs(document, coding, draco_backend(), ThreadPool(2));
+  Expected<PlannedJobs> read = read_and_plan(document, coding, draco_backend(), ThreadPool(2));
   if (!read) {
     ADD_FAILURE() << read.status().to_string();
     return {};

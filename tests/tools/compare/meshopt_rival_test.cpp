@@ -36,7 +36,7 @@ TEST(MeshoptRival, GivesBackTheSameTrianglesWithTheBitsOfItsRivals) {
   for (const int normal_bits : {6, 10, 12}) {
     CodingOptions options;
     options.normal_bits = normal_bits;
-    const std::vector<AttributeCoding> codings = choose_codings(mesh, options, {});
+    const std::vector<AttributeCoding> codings = choose_codings(mesh, options);
     const auto encoded = must(encode_meshopt(mesh, codings));
     const auto decoded = must(decode_meshopt(encoded));
     const auto plain = must(decode_meshopt(encoded, MeshoptForm::kPlain));
@@ -95,7 +95,7 @@ TEST(MeshoptRival, QuantizesWhatItsRivalsQuantizeAndNothingElse) {
                      make_attribute("_FEATURE_ID_0", ComponentType::kFloat32, 1, false, ids),
                      make_attribute("_HEAT", ComponentType::kFloat32, 1, false, ids)};
   const auto strides = [&](const CodingOptions& options) {
-    const auto encoded = encode_meshopt(mesh, choose_codings(mesh, options, {}));
+    const auto encoded = encode_meshopt(mesh, choose_codings(mesh, options));
     std::vector<size_t> list;
     for (const MeshoptStream& stream : encoded->streams) list.push_back(stream.stride);
     return list;
@@ -113,7 +113,7 @@ TEST(MeshoptRival, RefusesDamagedBytes) {
   const ThreadPool pool(1);
   const auto meshes = must(generate_shape({Shape::kTerrain, 2000, 1, false, false}, pool));
   Mesh mesh = meshes.front();
-  auto encoded = must(encode_meshopt(mesh, choose_codings(mesh, {}, {})));
+  auto encoded = must(encode_meshopt(mesh, choose_codings(mesh, {})));
   encoded.compressed.resize(encoded.compressed.size() / 2);
   EXPECT_FALSE(decode_meshopt(encoded).ok());
   EXPECT_TRUE(decode_meshopt(encoded, MeshoptForm::kPlain).ok());

@@ -61,7 +61,7 @@ Expected<std::vector<EncodeJob>> read_uncompressed(const Document& document,
                                                    const EncodeDocumentOptions& coding,
                                                    const Session& session) {
   if (Status status = check_uncompressed(document); !status.ok()) return status;
-  Expected<EncodeJobs> read = read_jobs(document, coding, find_backend({}), session.pool);
+  Expected<PlannedJobs> read = read_and_plan(document, coding, find_backend({}), session.pool);
   if (!read) return read.status();
   for (const auto& [id, reason] : read->skipped)
     session.log.note(describe_place(id.first, id.second) + " is left out: " + reason);

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "gltf_ext/convert/decode_document.h"
-#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/json/glb.h"
@@ -73,7 +73,8 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
       ++counts.decoded;
   }
   const bool to_draco = !to_mesh_file && arguments.target == "draco";
-  const StatedGrids stated = to_draco ? all_stated_grids(document, session.pool) : StatedGrids();
+  EncodeDocumentOptions options = arguments.options;
+  if (to_draco) options.stated = all_stated_grids(document, session.pool);
   std::vector<Finding> corrections;
   {
     ProgressBar bar("decoding", session.log);
@@ -83,7 +84,9 @@ Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, 
   }
   warn_of_corrections(corrections, session.log, arguments.input);
   if (!to_draco) return counts;
-  const auto reports = encode_document_stock(document, arguments.options, session.pool, stated);
+  options.storage = Storage::kOneStream;
+  options.keep_duplicates = true;  // as Draco keeps them
+  const auto reports = encode_document(document, options, find_backend({}), session.pool);
   if (!reports) return reports.status();
   log_reports(*reports, session.log);
   for (const PrimitiveReport& report : *reports) {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <numeric>
 
+#include "encoder/encode_mesh.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "encoder/stock_stream.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
@@ -16,10 +16,16 @@ namespace {
 
 // All encoded data that the decoders are timed on. Contenders refer to its parts, so these must not move.
 struct Encoded {
-  std::vector<std::vector<StockStream>> stock;  // one for each speed
+  std::vector<std::vector<EncodedMesh>> stock;  // one for each speed
   std::vector<MeshoptMesh> meshopt;
   std::vector<std::vector<EncodedMesh>> splits;  // one for each rule
 };
+
+std::vector<uint64_t> faces_of(std::span<const EncodeJob> jobs) {
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.face_count);
+  return faces;
+}
 
 std::vector<int> all_speeds(const ComparisonOptions& options) {
   std::vector<int> speeds = options.stock_speeds;
@@ -29,19 +35,24 @@ std::vector<int> all_speeds(const ComparisonOptions& options) {
   return speeds;
 }
 
-Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings, Encoded& encoded,
-                     Comparison& comparison) {
+// `mesh` is what encoders store of the job.
+Status encode_rivals(const EncodeJob& job, const Mesh& mesh, const EncodeDocumentOptions& coding,
+                     const ThreadPool& pool, Encoded& encoded, Comparison& comparison) {
+  EncodeOptions stock = coding.of_meshes();
+  stock.storage = Storage::kOneStream;
+  stock.by_libdraco = true;
+  stock.verify = false;
   for (size_t i = 0; i < encoded.stock.size(); ++i) {
     StockRow& row = comparison.stock_speeds[i];
-    Expected<StockStream> stock = Status();
-    row.encode_ms +=
-        elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed, /*by_libdraco=*/true); });
-    if (!stock) return stock.status();
-    stock->decoded = {};
-    row.bytes += stock->bytes.size();
-    encoded.stock[i].push_back(std::move(*stock));
+    stock.encode_speed = row.speed;
+    Expected<EncodedMesh> stream = Status();
+    row.encode_ms += elapsed_ms([&] { stream = encode(job.source, stock, pool); });
+    if (!stream) return stream.status();
+    stream->pieces[0].decoded = {};
+    row.bytes += stream->pieces[0].bytes.size();
+    encoded.stock[i].push_back(std::move(*stream));
   }
-  Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, codings);
+  Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, job.source.codings);
   if (!meshopt) return meshopt.status();
   comparison.meshopt.bytes += meshopt->compressed.size();
   comparison.meshopt_plain.bytes += meshopt->packed.size();
@@ -52,19 +63,21 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
 Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, const EncodeDocumentOptions& coding,
                     std::span<const uint8_t> is_empty, const ThreadPool& pool, std::vector<EncodedMesh>& split,
                     SplitRow& row) {
-  const std::vector<uint32_t> counts = patch_counts(jobs, apply_rule(coding, rule));
+  EncodeOptions options = apply_rule(coding, rule).of_meshes();
+  options.storage = Storage::kContainer;
+  options.verify = false;
+  const std::vector<uint32_t> counts = patch_counts(faces_of(jobs), options.patches);
+  options.patches.always = true;  // whatever they cost
   for (size_t i = 0; i < jobs.size(); ++i) {
     if (is_empty[i]) continue;
-    EncodeOptions encode_options = jobs[i].options;
-    encode_options.patch_count = counts[i];
-    encode_options.condense = rule.condense;
-    encode_options.condense_smallest &= rule.condense;
-    encode_options.alone = Alone::kNone;
-    encode_options.verify = false;
-    Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
+    MeshToEncode source = jobs[i].source;
+    source.patch_count = counts[i];
+    source.is_condensed_later = false;
+    Expected<EncodedMesh> mesh = encode(std::move(source), options, pool);
     if (!mesh) return mesh.status();
-    const bool has_residue = mesh->statistics.patch_count < mesh->entries.size();
-    row.summary += summarize_streams(mesh->entries, has_residue, mesh->head_bytes, mesh->container.size());
+    const EncodedPiece& piece = mesh->pieces[0];
+    const bool has_residue = mesh->statistics.patch_count < piece.entries.size();
+    row.summary += summarize_streams(piece.entries, has_residue, piece.head_bytes, piece.bytes.size());
     row.partition_ms += mesh->statistics.partition_ms;
     row.encode_ms += mesh->statistics.encode_ms;
     split.push_back(std::move(*mesh));
@@ -72,10 +85,10 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
   return {};
 }
 
-Status decode_stock(std::span<const StockStream> stock, const DecodeBackend& backend) {
+Status decode_stock(std::span<const EncodedMesh> stock, const DecodeBackend& backend) {
   const ThreadPool one(1);
-  for (const StockStream& stream : stock) {
-    const Expected<Mesh> mesh = backend.decode(open_stream(stream.bytes), stream.requests, one);
+  for (const EncodedMesh& stream : stock) {
+    const Expected<Mesh> mesh = backend.decode(open_stream(stream.pieces[0].bytes), stream.requests, one);
     if (!mesh) return mesh.status();
   }
   return {};
@@ -95,7 +108,7 @@ Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& s
   std::vector<DecodeTask> tasks;
   std::vector<PatchContainer> containers;
   for (const EncodedMesh& mesh : split) {
-    Expected<PatchContainer> container = open_container(mesh.container);
+    Expected<PatchContainer> container = open_container(mesh.pieces[0].bytes);
     if (!container) return container.status();
     containers.push_back(std::move(*container));
   }
@@ -111,7 +124,7 @@ Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& s
 
 Status decode_stages(std::span<const EncodedMesh> split, StageTimes& times) {
   for (const EncodedMesh& mesh : split) {
-    Expected<PatchContainer> container = open_container(mesh.container);
+    Expected<PatchContainer> container = open_container(mesh.pieces[0].bytes);
     if (!container) return container.status();
     StagedInput input(std::move(*container), mesh.requests);
     // The first stage would pay for all memory, of which the system gives each page when it is first written.
@@ -146,12 +159,13 @@ Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& opti
   encoded.stock.resize(comparison.stock_speeds.size());
   std::vector<uint8_t> is_empty;
   for (const EncodeJob& job : jobs) {
-    const Mesh mesh = reduce_job(job, pool).mesh;
+    const Mesh mesh = reduce(job.source, options.coding.of_meshes(), pool).mesh;
     is_empty.push_back(mesh.faces.empty());
     if (mesh.faces.empty()) continue;
     comparison.faces += mesh.faces.size();
     comparison.points += mesh.point_count;
-    if (Status status = encode_rivals(mesh, job.codings, encoded, comparison); !status.ok()) return status;
+    if (Status status = encode_rivals(job, mesh, options.coding, pool, encoded, comparison); !status.ok())
+      return status;
   }
   if (comparison.faces == 0) return unsupported("has no triangles");
   comparison.stock = *std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);
@@ -177,7 +191,7 @@ std::vector<Contender> make_contenders(const Encoded& encoded, const Comparison&
                                        const DecodeBackend& stock_backend,
                                        std::vector<std::vector<StageTimes>>& stage_rounds) {
   std::vector<Contender> contenders;
-  for (const std::vector<StockStream>& stock : encoded.stock)
+  for (const std::vector<EncodedMesh>& stock : encoded.stock)
     contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend); }});
   for (const MeshoptForm form : {MeshoptForm::kZstd, MeshoptForm::kPlain})
     contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});
@@ -224,13 +238,16 @@ void fill_timings(std::span<const Timing> timings, const ComparisonOptions& opti
 EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule) {
   coding.patches.count = rule.patches;
   coding.patches.faces = rule.patch_faces;
-  coding.condense = rule.condense;
+  coding.condense = !rule.condense           ? Condense::kNo
+                    : coding.choose_by_bytes ? Condense::kSmallest
+                                             : Condense::kFast;
   return coding;
 }
 
 uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& coding,
                        const PatchRule& rule) {
-  const std::vector<uint32_t> counts = patch_counts(jobs, apply_rule(coding, rule));
+  const std::vector<uint32_t> counts =
+      patch_counts(faces_of(jobs), apply_rule(coding, rule).of_meshes().patches);
   return std::accumulate(counts.begin(), counts.end(), uint64_t{0});
 }
 

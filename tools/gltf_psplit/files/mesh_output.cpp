@@ -5,8 +5,7 @@
 #include <deque>
 #include <map>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document_stock.h"
+#include "encoder/encode.h"
 #include "gltf_ext/document/named_binary.h"
 #include "gltf_ext/document/place_images.h"
 #include "gltf_ext/json/json_fields.h"
@@ -303,18 +302,16 @@ Mesh mesh_of(const PlacedPart& part) {
 
 Status write_draco(const std::string& path, const PlacedPart& part, const EncodeDocumentOptions& coding,
                    const Session& session, EncodeStatistics& lost) {
-  Document document = document_from_mesh(mesh_of(part));
-  const auto reports = encode_document_stock(document, coding, session.pool);
-  if (!reports) return reports.status();
-  for (const PrimitiveReport& report : *reports) {
-    if (!report.skipped.empty()) return unsupported(report.skipped);
-    lost.dropped_faces += report.statistics.dropped_faces;
-    lost.dropped_points += report.statistics.dropped_points;
-    for (const std::string& note : report.notes) session.log.note(path + ": " + note);
-    for (const std::string& warning : report.warnings) session.log.warning(path + ": " + warning);
-  }
-  const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0});
-  return stored ? write_file(path, {stored->bytes}, session.if_read_only()) : stored.status();
+  EncodeOptions options = coding;
+  options.storage = Storage::kOneStream;
+  options.keep_duplicates = true;  // as Draco keeps them
+  const Expected<EncodedMesh> encoded = encode(mesh_of(part), options, session.pool);
+  if (!encoded) return encoded.status();
+  lost.dropped_faces += encoded->statistics.dropped_faces;
+  lost.dropped_points += encoded->statistics.dropped_points;
+  for (const PrecisionNote& note : encoded->notes)
+    note.is_warning ? session.log.warning(path + ": " + note.text) : session.log.note(path + ": " + note.text);
+  return write_file(path, {encoded->pieces[0].bytes}, session.if_read_only());
 }
 
 // What the format cannot hold.

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "encoder/coding/position_bits.h"
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
@@ -258,14 +259,14 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
     int bits = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), bits);
     const bool is_number = read.ec == std::errc() && read.ptr == text.data() + text.size();
-    return text == "auto" || (is_number && bits >= 1 && bits <= kMostPositionBits)
+    return text == "auto" || (is_number && bits >= 1 && bits <= kMostGridBits)
                ? std::string()
-               : text + " is neither auto nor a number from 1 to " + std::to_string(kMostPositionBits);
+               : text + " is neither auto nor a number from 1 to " + std::to_string(kMostGridBits);
   };
   const auto set_bits = [&options](const std::string& text) {
     options.position_bits_by_edges = text == "auto";
     if (text != "auto") options.position_bits = std::stoi(text);
-    options.given_bits.position = text != "auto";
+    options.given.position = text != "auto";
   };
   CLI::Option* bits = command.add_option_function<std::string>(
       "--quantize-position", set_bits,
@@ -319,12 +320,12 @@ void follow_bits(const EncodeDocumentOptions& options, OriginChoice& origin) {
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh) {
   const auto add_bits = [&](const char* name, int& bits, bool& is_given, int least, const char* what) {
     command.add_option(name, bits, std::string("Bits for each component of ") + what)
-        ->check(CLI::Range(least, 30))
+        ->check(CLI::Range(least, kMostGridBits))
         ->each([&is_given](const std::string&) { is_given = true; })
         ->capture_default_str()
         ->type_name("BITS");
   };
-  GivenBits& given = options.given_bits;
+  GivenBits& given = options.given;
   if (fits_mesh)
     add_position_options(command, options);
   else
@@ -344,7 +345,7 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
   command
       .add_option("--encode-speed", options.encode_speed,
                   "Draco's speed: 0 makes the smallest files, 10 is fastest")
-      ->check(CLI::Range(0, 10))
+      ->check(CLI::Range(0, kMostEncodeSpeed))
       ->capture_default_str()
       ->type_name("SPEED");
   command
@@ -407,8 +408,9 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     EncodeDocumentOptions& resolved = arguments.options;
     resolved.verify = !arguments.no_verify;
     follow_bits(resolved, arguments.origin);
-    resolved.condense = arguments.condense && !arguments.no_condense;
-    resolved.condense_smallest = resolved.condense && arguments.profile == "size";
+    resolved.condense = !arguments.condense || arguments.no_condense ? Condense::kNo
+                        : arguments.profile == "size"                ? Condense::kSmallest
+                                                                     : Condense::kFast;
     resolved.choose_by_bytes = arguments.profile == "size" && speed->empty() && !resolved.by_libdraco;
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
@@ -459,7 +461,7 @@ std::string describe_options(const EncodeDocumentOptions& options, const OriginC
                  {"fallback", static_cast<int>(o.fallback)},
                  {"compat", static_cast<int>(o.compat)},
                  {"verify", o.verify}};
-  const GivenBits& given = o.given_bits;
+  const GivenBits& given = o.given;
   if (given.position || given.normal || given.texcoord || given.color || given.generic)
     described["given_bits"] = {given.position, given.normal, given.texcoord, given.color, given.generic};
   if (!o.skip.empty()) described["skip"] = o.skip;
@@ -472,7 +474,8 @@ std::string describe_options(const EncodeDocumentOptions& options, const OriginC
   if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
   if (origin.by == OriginChoice::By::kNone) described["origin"] = "none";
   if (origin.by == OriginChoice::By::kGiven) described["origin"] = origin.given;
-  if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
+  if (o.condense != Condense::kNo)
+    described["condense"] = o.condense == Condense::kSmallest ? "smallest" : "fast";
   return described.dump();
 }
 

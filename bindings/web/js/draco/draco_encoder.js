@@ -4,7 +4,7 @@
 var DracoEncoderModule = (() => {
   'use strict';
 
-  //#include web/draco/emscripten.js
+  //#include bindings/web/draco/emscripten.js
 
   const kConstants = {
     INVALID_GEOMETRY_TYPE: -1, POINT_CLOUD: 0, TRIANGULAR_MESH: 1,

@@ -5,7 +5,7 @@
 var DracoDecoderModule = (() => {
   'use strict';
 
-  //#include web/draco/emscripten.js
+  //#include bindings/web/draco/emscripten.js
 
   const kConstants = {
     ATTRIBUTE_INVALID_TRANSFORM: -1, ATTRIBUTE_NO_TRANSFORM: 0, ATTRIBUTE_QUANTIZATION_TRANSFORM: 1,
