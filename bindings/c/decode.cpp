@@ -1,5 +1,6 @@
 // Decodes meshes into the caller's memory.
-#include <numeric>
+#include <algorithm>
+#include <atomic>
 
 #include "bindings/c/mesh.h"
 #include "src/loader/check_buffers.h"
@@ -84,16 +85,22 @@ Expected<PrimitiveLoad> load_of(const psplit_mesh& mesh, Wanted wanted) {
   return PrimitiveLoad{std::move(*selected), std::move(wanted.out)};
 }
 
-template <typename Index>
-void copy_indices(const DracoGeometry& geometry, const WritableBytes& out) {
-  auto* to = reinterpret_cast<Index*>(out.data());
-  for (const std::array<uint32_t, 3>& face : geometry.faces)
-    for (const uint32_t point : face) *to++ = static_cast<Index>(point);
+// Whether the stream is still the mesh's. If not, the caller has changed the bytes since it opened them.
+bool is_of(const StreamDescription& description, Span<const StoredValues> stored, const psplit_mesh& mesh) {
+  if (description.point_count != mesh.point_count() || description.face_count != mesh.face_count() ||
+      description.attributes.size() != mesh.attributes.size())
+    return false;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const MeshAttribute& opened = mesh.attributes[i];
+    if (opened.is_integers && !stored[i].has_integers) return false;
+    const GeometryAttribute decoded{description.attributes[i], {}, opened.is_integers};
+    if (decoded.stride() != opened.value_bytes) return false;
+  }
+  return true;
 }
 
-// Whole Draco streams are decoded already.
-Status copy_geometry(const psplit_mesh& mesh, const Wanted& wanted) {
-  const DracoGeometry& geometry = *mesh.geometry;
+// Decodes a whole Draco stream.
+Status decode_file(const psplit_mesh& mesh, const Wanted& wanted, const Run& run) {
   std::vector<NamedSize> sizes;
   for (const size_t attribute : wanted.attributes) {
     const MeshAttribute& described = mesh.attributes[attribute];
@@ -103,19 +110,24 @@ Status copy_geometry(const psplit_mesh& mesh, const Wanted& wanted) {
   const Expected<PrimitiveBuffers> out =
       check_buffers(sizes, wanted.out, mesh.point_count(), mesh.face_count());
   if (!out) return out.status();
-  if (out->index_bytes == 2)
-    copy_indices<uint16_t>(geometry, out->indices);
-  else
-    copy_indices<uint32_t>(geometry, out->indices);
-  for (size_t k = 0; k < sizes.size(); ++k) {
-    const Array<std::byte>& values = geometry.attributes[wanted.attributes[k]].values;
-    const auto& [bytes, stride] = out->attributes[k];
-    const size_t size = sizes[k].bytes;
-    if (stride == size && !values.empty()) std::memcpy(bytes.data(), values.data(), values.size());
-    for (size_t point = 0; stride != size && point < mesh.point_count(); ++point)
-      std::memcpy(bytes.data() + point * stride, values.data() + point * size, size);
-  }
-  return {};
+  if (run.is_stopped()) return cancelled();
+  return decode_geometry(
+      mesh.file->stream,
+      [&](const StreamDescription& description, Span<const StoredValues> stored) -> Expected<GeometryPlaces> {
+        if (run.is_stopped()) return cancelled();
+        if (!is_of(description, stored, mesh)) return invalid_input("other bytes than those that were opened");
+        GeometryPlaces places;
+        places.faces = out->indices.data();
+        places.index_bytes = out->index_bytes;
+        places.attributes.resize(mesh.attributes.size());
+        for (size_t k = 0; k < sizes.size(); ++k) {
+          const auto& [bytes, stride] = out->attributes[k];
+          const size_t attribute = wanted.attributes[k];
+          places.attributes[attribute] = {bytes.data(), nullptr, mesh.attributes[attribute].is_integers,
+                                          stride};
+        }
+        return places;
+      });
 }
 
 struct Job {
@@ -123,10 +135,33 @@ struct Job {
   const psplit_buffers* buffers = nullptr;
 };
 
+// A whole Draco stream among jobs.
+struct FileJob {
+  const psplit_mesh* mesh = nullptr;
+  Wanted wanted;
+  size_t place = 0;
+};
+
+// Decodes a stream on each thread, the largest first: a thread that begins a large one last works alone.
+// `all_steps` is for progress.
+void decode_files(std::span<FileJob> jobs, size_t all_steps, const Run& run, std::span<Status> statuses) {
+  std::stable_sort(jobs.begin(), jobs.end(), [](const FileJob& a, const FileJob& b) {
+    return a.mesh->file->stream.size() > b.mesh->file->stream.size();
+  });
+  std::atomic<size_t> done = 0;
+  run.threads.pool().for_each(jobs.size(), [&](size_t i) {
+    const auto& [mesh, wanted, place] = jobs[i];
+    statuses[place] = decode_file(*mesh, wanted, run);
+    if (const Progress& progress = run.options.progress) progress(++done, all_steps);
+  });
+}
+
 // A status for each job, in their order.
 std::vector<Status> decode(std::span<const Job> jobs, const Run& run) {
   std::vector<Status> statuses(jobs.size());
+  std::vector<FileJob> files;
   std::vector<PrimitiveLoad> loads;
+  size_t patches = 0;
   std::vector<size_t> places;  // of the loads among the jobs
   for (size_t i = 0; i < jobs.size(); ++i) {
     const auto& [mesh, buffers] = jobs[i];
@@ -137,16 +172,23 @@ std::vector<Status> decode(std::span<const Job> jobs, const Run& run) {
     Expected<Wanted> wanted = read_buffers(*mesh, buffers);
     if (!wanted) {
       statuses[i] = wanted.status();
-    } else if (mesh->geometry) {
-      statuses[i] = run.is_stopped() ? cancelled() : copy_geometry(*mesh, *wanted);
+    } else if (mesh->file) {
+      files.push_back({mesh, std::move(*wanted), i});
     } else if (Expected<PrimitiveLoad> load = load_of(*mesh, std::move(*wanted)); load) {
+      patches += mesh->patch_count();
       loads.push_back(std::move(*load));
       places.push_back(i);
     } else {
       statuses[i] = load.status();
     }
   }
-  std::vector<Status> decoded = decode_primitives(loads, run.options);
+  decode_files(files, files.size() + patches, run, statuses);
+  LoadOptions options = run.options;
+  if (options.progress && !files.empty())
+    options.progress = [&](size_t done, size_t total) {
+      run.options.progress(files.size() + done, files.size() + total);
+    };
+  std::vector<Status> decoded = decode_primitives(loads, options);
   for (size_t n = 0; n < places.size(); ++n) statuses[places[n]] = std::move(decoded[n]);
   for (size_t i = 0; i < jobs.size(); ++i)
     if (jobs[i].mesh != nullptr) statuses[i] = std::move(statuses[i]).at(jobs[i].mesh->place);
@@ -157,7 +199,7 @@ Status decode_patch(const psplit_mesh& mesh, uint32_t patch, const psplit_buffer
   if (patch >= mesh.patch_count()) return wrong_usage("there is no patch " + std::to_string(patch));
   Expected<Wanted> wanted = read_buffers(mesh, buffers);
   if (!wanted) return wanted.status();
-  if (mesh.geometry) return run.is_stopped() ? cancelled() : copy_geometry(mesh, *wanted);
+  if (mesh.file) return decode_file(mesh, *wanted, run);
   const Expected<PrimitiveLoad> load = load_of(mesh, std::move(*wanted));
   if (!load) return load.status();
   return load->primitive.decode_patch(patch, load->out, run.options);

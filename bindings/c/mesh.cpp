@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "src/container/claims.h"
 #include "src/container/patch_container.h"
 #include "src/fields/expand_container.h"
 #include "src/loader/check_buffers.h"
@@ -38,9 +39,7 @@ Expected<std::vector<AttributeRequest>> read_requests(const psplit_source& sourc
 }
 
 // Names that glTF would allow, or empty ones.
-std::vector<std::string> names_of(const DracoGeometry& geometry) {
-  std::vector<StreamAttribute> attributes;
-  for (const GeometryAttribute& attribute : geometry.attributes) attributes.push_back(attribute.description);
+std::vector<std::string> names_of(std::span<const StreamAttribute> attributes) {
   std::vector<std::string> names(attributes.size());
   const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(attributes);
   for (size_t i = 0; requests && i < names.size(); ++i) names[i] = (*requests)[i].semantic;
@@ -55,24 +54,31 @@ Status check_count(const char* what, uint64_t stated, uint64_t count) {
 
 Expected<std::unique_ptr<psplit_mesh>> open_file(const psplit_source& source, std::span<const uint8_t> bytes) {
   if (source.attribute_count > 0) return wrong_usage("a whole Draco stream takes no attributes");
-  Expected<DracoGeometry> geometry = decode_geometry(bytes, (source.flags & PSPLIT_INTEGERS) != 0);
-  if (!geometry) return geometry.status();
-  if (Status status = check_count("points", source.point_count, geometry->point_count); !status.ok())
+  Expected<StreamOutline> outline = outline_stream(bytes);
+  if (!outline) return outline.status();
+  const StreamDescription& description = outline->description;
+  if (Status status = check_count("points", source.point_count, description.point_count); !status.ok())
     return status;
-  if (Status status = check_count("indices", source.index_count, uint64_t{3} * geometry->faces.size());
+  if (Status status = check_count("indices", source.index_count, uint64_t{3} * description.face_count);
       !status.ok())
     return status;
   auto mesh = std::make_unique<psplit_mesh>();
   mesh->kind = PSPLIT_KIND_DRACO_FILE;
-  std::vector<std::string> names = names_of(*geometry);
+  std::vector<std::string> names = names_of(description.attributes);
+  uint64_t point_bytes = 0;
   for (size_t i = 0; i < names.size(); ++i) {
-    const GeometryAttribute& attribute = geometry->attributes[i];
-    const StreamAttribute& description = attribute.description;
-    mesh->attributes.push_back({std::move(names[i]), description.unique_id, description.semantic,
-                                attribute.type(), attribute.component_count(), description.normalized,
-                                attribute.stride(), attribute.are_integers});
+    const StreamAttribute& stored = description.attributes[i];
+    const GeometryAttribute decoded{
+        stored, {}, (source.flags & PSPLIT_INTEGERS) != 0 && outline->stored[i].has_integers};
+    point_bytes += decoded.stride();
+    mesh->attributes.push_back({std::move(names[i]), stored.unique_id, stored.semantic, decoded.type(),
+                                decoded.component_count(), stored.normalized, decoded.stride(),
+                                decoded.are_integers});
   }
-  mesh->geometry = std::move(*geometry);
+  if (Status status = check_results(description.point_count, description.face_count, point_bytes, bytes.size());
+      !status.ok())
+    return status;
+  mesh->file = {bytes, std::move(outline->description)};
   return mesh;
 }
 
@@ -82,14 +88,18 @@ Expected<std::unique_ptr<psplit_mesh>> open_mesh(const psplit_source* from) {
   const bool is_file = source->kind == PSPLIT_KIND_DRACO_FILE;
   if (!is_file && source->kind != PSPLIT_KIND_PATCHES && source->kind != PSPLIT_KIND_DRACO)
     return wrong_usage("there is no kind " + std::to_string(source->kind));
-  const uint32_t known = is_file ? PSPLIT_COPY | PSPLIT_INTEGERS : PSPLIT_COPY;
+  const uint32_t known = PSPLIT_COPY | (is_file ? PSPLIT_INTEGERS : 0);
   if ((source->flags & ~known) != 0)
     return wrong_usage("a psplit_source of this kind has no flags " + std::to_string(source->flags & ~known));
   const Expected<SourceBytes> bytes =
-      source_bytes(source->data, source->size, !is_file && (source->flags & PSPLIT_COPY) != 0);
+      source_bytes(source->data, source->size, (source->flags & PSPLIT_COPY) != 0);
   if (!bytes) return bytes.status();
   const std::span<const uint8_t> stored(bytes->data, bytes->size);
-  if (is_file) return open_file(*source, stored);
+  if (is_file) {
+    Expected<std::unique_ptr<psplit_mesh>> mesh = open_file(*source, stored);
+    if (mesh) (*mesh)->bytes = bytes->copy;
+    return mesh;
+  }
   Expected<std::vector<AttributeRequest>> requests = read_requests(*source);
   if (!requests) return requests.status();
   return open_primitive({stored, std::move(*requests), source->point_count, source->index_count,
@@ -121,8 +131,13 @@ using namespace psplit;
 using namespace psplit::c;
 
 Expected<const StreamDescription*> psplit_mesh::description() const {
+  if (file && file->description.coding != StreamCoding::kCloudKdTree) return &file->description;
   const std::lock_guard lock(mutex_);
-  if (!description_) {
+  if (!description_ && file) {
+    Expected<StreamDescription> description = describe_stream(file->stream);
+    if (!description) return description.status();
+    description_ = std::move(*description);
+  } else if (!description_) {
     if (patch_count() == 0) return invalid_input("the container has no patches");
     const Expected<std::vector<uint8_t>> stream = expand_patch(primitive->container(), 0);
     if (!stream) return stream.status();
@@ -143,7 +158,8 @@ psplit_code psplit_mesh_get_info(const psplit_mesh* mesh, psplit_mesh_info* info
     if (mesh == nullptr) return null_handle();
     psplit_mesh_info value{};
     value.kind = mesh->kind;
-    value.coding = mesh->geometry ? static_cast<psplit_coding>(mesh->geometry->coding) : PSPLIT_CODING_UNKNOWN;
+    value.coding =
+        mesh->file ? static_cast<psplit_coding>(mesh->file->description.coding) : PSPLIT_CODING_UNKNOWN;
     value.point_count = mesh->point_count();
     value.face_count = mesh->face_count();
     value.attribute_count = static_cast<uint32_t>(mesh->attributes.size());
@@ -205,12 +221,12 @@ psplit_code psplit_mesh_get_quantization(const psplit_mesh* mesh, uint32_t attri
     if (mesh == nullptr) return null_handle();
     if (attribute >= mesh->attributes.size())
       return wrong_usage("there is no attribute " + std::to_string(attribute));
+    const Expected<const StreamDescription*> description = mesh->description();
+    if (!description) return description.status().at(mesh->place);
     const StreamAttribute* found = nullptr;
-    if (mesh->geometry) {
-      found = &mesh->geometry->attributes[attribute].description;
-    } else {
-      const Expected<const StreamDescription*> description = mesh->description();
-      if (!description) return description.status().at(mesh->place);
+    if (mesh->file && attribute < (*description)->attributes.size()) {
+      found = &(*description)->attributes[attribute];
+    } else if (mesh->primitive) {
       for (const StreamAttribute& stored : (*description)->attributes)
         if (stored.unique_id == mesh->attributes[attribute].unique_id) found = &stored;
     }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,24 +26,28 @@ struct MeshAttribute {
   bool is_integers = false;
 };
 
+// A whole Draco stream.
+struct DracoFile {
+  std::span<const uint8_t> stream;
+  StreamDescription description;  // see StreamOutline
+};
+
 }  // namespace psplit::c
 
-// One of `primitive` and `geometry` is there.
+// One of `primitive` and `file` is there.
 struct psplit_mesh {
   psplit_kind kind = PSPLIT_KIND_NONE;
-  std::shared_ptr<const void> bytes{};  // keeps what `primitive` points to, if it is not the caller's
+  std::shared_ptr<const void> bytes{};  // keeps what they point to, if it is not the caller's
   psplit::Place place{};
   std::optional<psplit::CompressedPrimitive> primitive{};
-  std::optional<psplit::DracoGeometry> geometry{};
+  std::optional<psplit::c::DracoFile> file{};
   std::vector<psplit::c::MeshAttribute> attributes{};
 
-  uint32_t point_count() const { return primitive ? primitive->point_count() : geometry->point_count; }
-  uint32_t face_count() const {
-    return primitive ? primitive->face_count() : static_cast<uint32_t>(geometry->faces.size());
-  }
+  uint32_t point_count() const { return primitive ? primitive->point_count() : file->description.point_count; }
+  uint32_t face_count() const { return primitive ? primitive->face_count() : file->description.face_count; }
   uint32_t patch_count() const { return primitive ? primitive->patch_count() : 1; }
 
-  // What a stream of a primitive stores, found at the first call.
+  // What a stream of it stores. If a stream must be decoded for that, the first call does it.
   psplit::Expected<const psplit::StreamDescription*> description() const;
 
  private:

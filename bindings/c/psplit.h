@@ -111,8 +111,8 @@ PSPLIT_API int32_t psplit_pool_threads(const psplit_pool* pool);
 // No call may use the pool any more.
 PSPLIT_API void psplit_pool_free(psplit_pool* pool);
 
-// A flag that ends decoding or encoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each
-// patch, and encoding reads it more often.
+// A flag that ends decoding or encoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each patch,
+// before and after the stream of PSPLIT_KIND_DRACO_FILE is decoded, and more often by encoding.
 typedef struct psplit_stop psplit_stop;
 
 PSPLIT_API psplit_code psplit_stop_create(psplit_stop** stop, psplit_error* error);
@@ -130,7 +130,7 @@ typedef struct psplit_run {
   uint32_t struct_size;
   int32_t threads;           // without a pool: as psplit_pool_create has it
   const psplit_pool* pool;   // NULL: threads of this call. Who calls often keeps a pool
-  psplit_progress progress;  // in patches; may be NULL
+  psplit_progress progress;  // in patches; a Draco stream is one; may be NULL
   void* user;                // passed to progress
   const psplit_stop* stop;   // may be NULL
 } psplit_run;
@@ -148,8 +148,9 @@ enum {
   PSPLIT_KIND_NONE = 0,     // of a primitive of glTF that is not compressed
   PSPLIT_KIND_PATCHES = 1,  // a container of PSPLIT_mesh_draco_patches
   PSPLIT_KIND_DRACO = 2,    // a stream of KHR_draco_mesh_compression, whose attributes the caller knows
-  // A whole Draco stream, mesh or point cloud: a .drc file. Opening decodes it on the calling thread, and finds
-  // its attributes: their values have the types of the stream. The bytes are not read after that.
+  // A whole Draco stream, mesh or point cloud: a .drc file. Opening finds its attributes, whose values have the
+  // types of the stream. It decodes the faces for that, on the calling thread, and no values: these may turn
+  // out to be malformed when they are decoded. So may all of a kD-tree.
   PSPLIT_KIND_DRACO_FILE = 3
 };
 
@@ -214,7 +215,7 @@ typedef struct psplit_source {
   uint32_t attribute_count;
   uint32_t flags;
   // The `count` of the accessors of attributes and of indices, which are compared with the bytes; 0: not known.
-  // Without point_count, some streams of PSPLIT_KIND_DRACO are decoded once to count their points.
+  // Without point_count, the faces of some streams of PSPLIT_KIND_DRACO are decoded to count their points.
   uint64_t point_count, index_count;
 } psplit_source;
 
@@ -267,7 +268,8 @@ typedef struct psplit_quantization {
   uint32_t origin_count;  // the number of components, or 0
   const float* origin;    // of each component; NULL if there is none
 } psplit_quantization;
-// The first call with a mesh of PSPLIT_KIND_PATCHES or PSPLIT_KIND_DRACO decodes one stream for that.
+// The first call with a mesh of PSPLIT_KIND_PATCHES or PSPLIT_KIND_DRACO, or with a kD-tree, decodes one stream
+// for that.
 PSPLIT_API psplit_code psplit_mesh_get_quantization(const psplit_mesh* mesh, uint32_t attribute,
                                                     psplit_quantization* quantization, psplit_error* error);
 

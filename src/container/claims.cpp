@@ -97,6 +97,10 @@ Status check_results(uint64_t point_count, uint64_t face_count, std::span<const 
                      uint64_t stored_bytes) {
   uint64_t point_bytes = 0;
   for (const AttributeRequest& request : requests) point_bytes += request.value_bytes();
+  return check_results(point_count, face_count, point_bytes, stored_bytes);
+}
+
+Status check_results(uint64_t point_count, uint64_t face_count, uint64_t point_bytes, uint64_t stored_bytes) {
   const uint64_t most = justified_result_bytes(stored_bytes), face_bytes = 3 * sizeof(uint32_t);
   if (face_count > most / face_bytes ||
       (point_bytes > 0 && point_count > (most - face_count * face_bytes) / point_bytes))

@@ -26,6 +26,8 @@ Status check_claims(const PatchContainer& container);
 // Whether `stored_bytes` justify the memory that indices and requested values take.
 Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
                      uint64_t stored_bytes);
+// The same for values of `point_bytes` for each point.
+Status check_results(uint64_t point_count, uint64_t face_count, uint64_t point_bytes, uint64_t stored_bytes);
 
 // Whether an attribute of a stream has the components that are requested. 0 stands for a stream without that
 // attribute.

@@ -105,6 +105,17 @@ class AttributeDecoder {
     return read(reader);
   }
 
+  // Reads up to the end of the stream without decoding values. Of symbols, only those are decoded whose end is
+  // not stored.
+  PSPLIT_HD Fault read_to_end(ByteReader& reader) {
+    Fault fault = Fault::kNone;
+    while (fault == Fault::kNone && !is_read()) {
+      fault = sequences_[sequence_count_ - 1].finish(SerialLanes(), reader);
+      if (fault == Fault::kNone) fault = read_on(reader);
+    }
+    return fault;
+  }
+
   // See IntegerDecoder::take_values, when all attributes are read.
   PSPLIT_HD Fault take_values() {
     for (uint32_t i = 0; i < integers_.size(); ++i)

@@ -13,6 +13,14 @@
 
 namespace psplit::core {
 
+// To libdraco, integers of no point are a failure.
+template <typename Index>
+PSPLIT_HD Fault check_integers(const Patch<Index>& cloud) {
+  for (uint32_t i = 0; cloud.point_count == 0 && i < cloud.attributes.size(); ++i)
+    if (cloud.attributes[i].coding != Coding::kRaw) return Fault::kCounts;
+  return Fault::kNone;
+}
+
 // Decodes a cloud whose header was read, to a patch without faces. Index must be wide enough: see
 // StreamHeader::fits_16_bits. The bytes may be anything: a fault says what is wrong with them, and only they
 // and the arena are touched. Thread-safe, as long as each thread has an arena of its own.
@@ -20,10 +28,15 @@ template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
   if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).decode();
   const Fault fault = decode_patch<Index, kKinds>(header, arena, out);
-  // To libdraco, integers of no point are a failure.
-  for (uint32_t i = 0; fault == Fault::kNone && header.point_count == 0 && i < out.attributes.size(); ++i)
-    if (out.attributes[i].coding != Coding::kRaw) return Fault::kCounts;
-  return fault;
+  return fault == Fault::kNone ? check_integers(out) : fault;
+}
+
+// The same without values: reads what the stream says about attributes, of kD-trees without their grids.
+template <typename Index>
+PSPLIT_HD Fault outline_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
+  if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).outline();
+  const Fault fault = outline_patch<Index>(header, arena, out);
+  return fault == Fault::kNone ? check_integers(out) : fault;
 }
 
 // Enough memory to decode any cloud that an encoder wrote, if `values` holds.

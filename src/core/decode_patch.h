@@ -111,6 +111,8 @@ class PatchDecoder {
       default: return Fault::kNone;
     }
   }
+  // At Stop::kChains, in place of steps and resume: reads what the stream says about attributes, to its end.
+  PSPLIT_HD Fault read_to_end() { return attributes_.read_to_end(reader_); }
   template <Lanes L>
   PSPLIT_HD Fault predict(L lanes) {
     attributes_.start_predictions(lanes);
@@ -310,6 +312,20 @@ PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Ind
   Fault fault[1];
   decode_in_step(one, fault);
   return fault[0];
+}
+
+// The same without values: decodes the faces and the number of points, and reads everything else that the
+// stream says about attributes.
+template <typename Index>
+PSPLIT_HD Fault outline_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
+  PatchDecoder<Index> decoder(header, arena, out);
+  PatchDecoder<Index>* const one[1] = {&decoder};
+  Fault fault = decoder.start();
+  while (fault == Fault::kNone && decoder.stop() < Stop::kChains) {
+    take_steps(one, 1);
+    fault = decoder.resume(SerialLanes());
+  }
+  return fault == Fault::kNone ? decoder.read_to_end() : fault;
 }
 
 }  // namespace psplit::core

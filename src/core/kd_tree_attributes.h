@@ -17,7 +17,8 @@ class KdTreeAttributes {
   PSPLIT_HD KdTreeAttributes(const CloudHeader& header, Arena& arena, Patch<Index>& patch)
       : header_(header), reader_(header.body), arena_(arena), patch_(patch) {}
 
-  PSPLIT_HD Fault decode() {
+  // Reads groups and descriptions. The grids of a group are behind its tree.
+  PSPLIT_HD Fault outline() {
     patch_.point_count = header_.point_count;
     const uint32_t group_count = reader_.u8();
     if (reader_.truncated()) return Fault::kTruncated;
@@ -27,7 +28,13 @@ class KdTreeAttributes {
     uint32_t attribute_count = 0;
     Fault fault =
         read_attributes(reader_, patch_.groups, arena_, patch_.attributes, attribute_count, read_types<Index>);
-    for (uint32_t g = 0; g < group_count && fault == Fault::kNone; ++g)
+    for (uint32_t i = 0; i < attribute_count && fault == Fault::kNone; ++i)
+      fault = choose_coding(patch_.attributes[i]);
+    return fault;
+  }
+  PSPLIT_HD Fault decode() {
+    Fault fault = outline();
+    for (uint32_t g = 0; g < patch_.groups.size() && fault == Fault::kNone; ++g)
       fault = header_.minor == 2 ? decode_old(patch_.groups[g]) : decode(patch_.groups[g]);
     return fault;
   }
@@ -48,13 +55,16 @@ class KdTreeAttributes {
     return {patch_.attributes.data() + group.first, group.count};
   }
 
+  PSPLIT_HD Fault choose_coding(Attribute<Index>& attribute) const {
+    const bool is_old = header_.minor == 2, is_float = attribute.type == DataType::kFloat32;
+    attribute.coding = is_float && !is_old ? Coding::kQuantized : Coding::kInteger;
+    const bool is_known =
+        is_old ? data_type_bytes(attribute.type) <= 4 : attribute.type <= DataType::kUint32 || is_float;
+    return is_known ? Fault::kNone : Fault::kAttribute;
+  }
+
   PSPLIT_HD Fault decode(const Group<Index>& group) {
     const View<Attribute<Index>> attributes = attributes_of(group);
-    for (uint32_t i = 0; i < attributes.size(); ++i) {
-      const DataType type = attributes[i].type;
-      if (type > DataType::kUint32 && type != DataType::kFloat32) return Fault::kAttribute;
-      attributes[i].coding = type == DataType::kFloat32 ? Coding::kQuantized : Coding::kInteger;
-    }
     const uint32_t level = reader_.u8();
     Fault fault = decode_tree(level, attributes);
     for (uint32_t i = 0; i < attributes.size() && fault == Fault::kNone; ++i)
@@ -81,10 +91,6 @@ class KdTreeAttributes {
 
   PSPLIT_HD Fault decode_old(const Group<Index>& group) {
     const View<Attribute<Index>> attributes = attributes_of(group);
-    for (uint32_t i = 0; i < attributes.size(); ++i) {
-      if (data_type_bytes(attributes[i].type) > 4) return Fault::kAttribute;
-      attributes[i].coding = Coding::kInteger;
-    }
     constexpr uint8_t kOnGrid = 0, kBits = 1;
     const uint8_t method = reader_.u8(), level = reader_.u8();
     const uint32_t point_count = reader_.u32();

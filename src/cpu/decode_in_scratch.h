@@ -66,9 +66,31 @@ Status decode_in_enough(StreamMemory<NarrowIndex>& memory, size_t size, size_t s
   }
 }
 
+// How much of a stream is decoded.
+struct DecodeAll {
+  template <typename Index>
+  core::Fault operator()(const core::StreamHeader& header, core::Arena& arena, core::Patch<Index>& out) const {
+    return core::decode_patch<Index>(header, arena, out);
+  }
+  core::Fault operator()(const core::CloudHeader& header, core::Arena& arena,
+                         core::Patch<uint32_t>& out) const {
+    return core::decode_cloud<uint32_t>(header, arena, out);
+  }
+};
+struct DecodeOutline {
+  template <typename Index>
+  core::Fault operator()(const core::StreamHeader& header, core::Arena& arena, core::Patch<Index>& out) const {
+    return core::outline_patch<Index>(header, arena, out);
+  }
+  core::Fault operator()(const core::CloudHeader& header, core::Arena& arena,
+                         core::Patch<uint32_t>& out) const {
+    return core::outline_cloud<uint32_t>(header, arena, out);
+  }
+};
+
 // Decodes a patch, and returns the status that use(patch, arena) returns; std::nullopt stands for too little
 // memory.
-template <typename Use>
+template <typename Decode = DecodeAll, typename Use>
 Status with_decoded(const PatchContainer& container, const BorderValues& borders, uint32_t patch,
                     std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
   StreamMemory<NarrowIndex>& memory = scratch.streams[0];
@@ -78,7 +100,7 @@ Status with_decoded(const PatchContainer& container, const BorderValues& borders
         memory, likely_size<Index>(container, patch, requests), container.streams[patch].size(),
         [&](core::Arena& arena) {
           decoded = {};
-          return core::decode_patch<Index>(header, arena, decoded);
+          return Decode()(header, arena, decoded);
         },
         [&](core::Arena& arena) -> std::optional<Status> { return use(decoded, arena); });
   };
@@ -86,7 +108,7 @@ Status with_decoded(const PatchContainer& container, const BorderValues& borders
 }
 
 // Decodes a point cloud, and returns the status that use(patch) returns.
-template <typename Use>
+template <typename Decode = DecodeAll, typename Use>
 Status with_decoded_cloud(const core::CloudHeader& header, size_t stream_bytes, Scratch& scratch, Use use) {
   core::Patch<uint32_t>& decoded = scratch.wide;
   // As many values as most clouds have: a position, a normal and a colour.
@@ -95,7 +117,7 @@ Status with_decoded_cloud(const core::CloudHeader& header, size_t stream_bytes, 
       scratch.streams[0], core::cloud_workspace_bytes<uint32_t>(header, stream_bytes, likely), stream_bytes,
       [&](core::Arena& arena) {
         decoded = {};
-        return core::decode_cloud<uint32_t>(header, arena, decoded);
+        return Decode()(header, arena, decoded);
       },
       [&](core::Arena&) -> std::optional<Status> { return use(decoded); });
 }
@@ -173,13 +195,26 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
   return {};
 }
 
-// Calls write(indices), with a pointer to integers of the buffer's size.
+// Calls write(indices), with a pointer to integers of that size.
+template <typename Write>
+void with_indices(void* indices, uint32_t index_bytes, Write write) {
+  if (index_bytes == 2)
+    write(static_cast<uint16_t*>(indices));
+  else
+    write(static_cast<uint32_t*>(indices));
+}
 template <typename Write>
 void with_indices(const PrimitiveBuffers& out, Write write) {
-  if (out.index_bytes == 2)
-    write(reinterpret_cast<uint16_t*>(out.indices.data()));
-  else
-    write(reinterpret_cast<uint32_t*>(out.indices.data()));
+  with_indices(out.indices.data(), out.index_bytes, write);
+}
+
+// Writes the first faces of a stream.
+template <typename Index>
+void write_faces(const core::Patch<Index>& patch, uint32_t face_count, void* out, uint32_t index_bytes) {
+  with_indices(out, index_bytes, [&]<typename Out>(Out* indices) {
+    for (uint32_t face = 0; face < face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
+  });
 }
 
 // Writes the faces and the requested attributes of a stream without borders.
@@ -187,10 +222,7 @@ template <typename Index>
 Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
                     std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
                     const PrimitiveBuffers& out) {
-  with_indices(out, [&]<typename Out>(Out* indices) {
-    for (uint32_t face = 0; face < face_count; ++face)
-      for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
-  });
+  write_faces(patch, face_count, out.indices.data(), out.index_bytes);
   for (size_t i = 0; i < requests.size(); ++i) {
     std::byte* const values = out.attributes[i].bytes.data();
     const size_t stride = out.attributes[i].stride;

@@ -22,26 +22,22 @@ Expected<std::optional<core::CloudHeader>> read_cloud_header(std::span<const uin
   return std::optional(header);
 }
 
-template <typename Use>
-Status with_any_cloud(const core::CloudHeader& header, std::span<const uint8_t> stream, Use use) {
-  const ScratchPool::Lease lease(scratch_pool());
-  return with_decoded_cloud(header, stream.size(), *lease,
-                            [&](const auto& patch) { return use(header, patch); });
-}
-
 // Decodes a stream whose attributes are not known, and calls use(header, patch).
-template <typename Use>
+template <typename Decode = DecodeAll, typename Use>
 Status with_any_stream(std::span<const uint8_t> stream, Use use) {
   const Expected<std::optional<core::CloudHeader>> cloud = read_cloud_header(stream);
   if (!cloud) return cloud.status();
-  if (*cloud) return with_any_cloud(**cloud, stream, use);
+  const ScratchPool::Lease lease(scratch_pool());
+  if (*cloud)
+    return with_decoded_cloud<Decode>(**cloud, stream.size(), *lease,
+                                      [&](const auto& patch) { return use(**cloud, patch); });
   const PatchContainer container = open_stream(stream);
   if (!container.refusal.ok()) return container.refusal;
-  const ScratchPool::Lease lease(scratch_pool());
   // The first try has memory for as many attributes as most streams have.
   const std::array<AttributeRequest, 4> likely;
-  return with_decoded(container, BorderValues(), 0, likely, *lease,
-                      [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
+  return with_decoded<Decode>(
+      container, BorderValues(), 0, likely, *lease,
+      [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
 }
 
 StreamCoding coding_of(const core::CloudHeader& header) {
@@ -64,7 +60,7 @@ StreamDescription description_of(const Header& header, const core::Patch<Index>&
     description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
                                       attribute.type, attribute.components, attribute.normalized,
                                       attribute.bits});
-    if (attribute.coding != core::Coding::kQuantized) continue;
+    if (attribute.origin == nullptr) continue;
     StreamAttribute& described = description.attributes.back();
     described.range = attribute.range;
     described.origin.resize(attribute.components);
@@ -118,16 +114,11 @@ std::vector<StoredValues> stored_values(const Header& header, const core::Patch<
 }
 
 template <typename Index>
-void write_faces(const core::Patch<Index>& patch, uint32_t* out) {
-  for (uint32_t face = 0; face < patch.face_count; ++face)
-    for (uint32_t k = 0; k < 3; ++k) *out++ = patch.point_at[4 * face + k];
-}
-
-template <typename Index>
 void write_places(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute, bool has_order,
                   const AttributePlaces& to) {
   const ValueOfPoint<Index> value_of(patch, attribute, has_order);
-  const size_t stride = to.integers ? attribute.value_components() * sizeof(int32_t) : attribute.stride();
+  const size_t size = to.integers ? attribute.value_components() * sizeof(int32_t) : attribute.stride();
+  const size_t stride = to.stride == 0 ? size : to.stride;
   auto* const values = reinterpret_cast<uint8_t*>(to.values);
   const auto write = [&](auto place_of) {
     if (to.integers)
@@ -152,6 +143,16 @@ Expected<StreamDescription> describe_stream(Span<const uint8_t> stream) {
   });
   if (!status.ok()) return status;
   return description;
+}
+
+Expected<StreamOutline> outline_stream(Span<const uint8_t> stream) {
+  StreamOutline outline;
+  Status status = with_any_stream<DecodeOutline>(stream, [&](const auto& header, const auto& patch) -> Status {
+    outline = {description_of(header, patch), stored_values(header, patch)};
+    return {};
+  });
+  if (!status.ok()) return status;
+  return outline;
 }
 
 Expected<Mesh> decode_draco(Span<const uint8_t> stream, StreamDescription* description) {
@@ -180,9 +181,10 @@ Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for) 
     const Expected<GeometryPlaces> places =
         places_for(description_of(header, patch), stored_values(header, patch));
     if (!places) return places.status();
-    write_faces(patch, places->faces);
+    write_faces(patch, patch.face_count, places->faces, places->index_bytes);
     for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-      write_places(patch, patch.attributes[i], has_order(header), places->attributes[i]);
+      const AttributePlaces& to = places->attributes[i];
+      if (to.values != nullptr) write_places(patch, patch.attributes[i], has_order(header), to);
       if (places->written) places->written(i);
     }
     return {};

@@ -59,18 +59,29 @@ struct StoredValues {
   bool one_a_point = false;   // value i is that of point i
   bool has_integers = false;  // see decode_geometry
 };
+
+// What a stream contains. It is found in a part of the time that decoding takes, because values are not
+// decoded. So they may still turn out to be broken.
+struct StreamOutline {
+  StreamDescription description;  // of a kD-tree without bits, ranges and origins, which come after its values
+  std::vector<StoredValues> stored;  // an element for each attribute
+};
+PSPLIT_EXPORT Expected<StreamOutline> outline_stream(Span<const uint8_t> stream);
+
 // Where an attribute is written.
 struct AttributePlaces {
-  // value_count values, tightly packed. If value_of_point is null, one for each point.
+  // value_count values. If value_of_point is null, one for each point. Null: the attribute is not wanted.
   std::byte* values = nullptr;
   uint32_t* value_of_point = nullptr;  // the number of each point's value; may be null
   bool integers = false;               // only if the attribute has them
+  size_t stride = 0;                   // bytes from one value to the next; 0: tightly packed
 };
 struct GeometryPlaces {
-  uint32_t* faces = nullptr;                // three points for each face
+  void* faces = nullptr;                    // three points for each face, aligned to index_bytes
   std::vector<AttributePlaces> attributes;  // those of the stream, in its order
   // Called after each attribute is written, so that several can share an array value_of_point. May be empty.
   std::function<void(size_t attribute)> written{};
+  uint32_t index_bytes = 4;  // or 2, if no point number is larger
 };
 // Called once the counts are known. `stored` has an element for each attribute.
 using PlacesFor =

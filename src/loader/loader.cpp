@@ -60,9 +60,9 @@ Expected<PatchContainer> open_draco(const PrimitiveSource& source) {
   if (!container.is_point_count_known) {
     uint64_t points = source.point_count;
     if (points == 0) {
-      const Expected<StreamDescription> description = describe_stream(source.bytes);
-      if (!description) return description.status();
-      points = description->point_count;
+      const Expected<StreamOutline> outline = outline_stream(source.bytes);
+      if (!outline) return outline.status();
+      points = outline->description.point_count;
     }
     // More points than the stream can have are an error of check_counts.
     if (points <= container.point_count()) container.expect_points(static_cast<uint32_t>(points));

@@ -60,7 +60,7 @@ struct PrimitiveSource {
   // Those of the extension's `attributes` that are wanted, with their ids. Types come from the accessors.
   std::vector<AttributeRequest> attributes{};
   // The accessors' `count`; 0: not known. `open` compares them with the bytes. Without point_count, it decodes
-  // an Edgebreaker stream to count its points.
+  // the faces of an Edgebreaker stream to count its points.
   uint64_t point_count = 0, index_count = 0;
   Compression compression = Compression::kPatches;
 };

@@ -135,8 +135,8 @@ TEST(CDecode, AttributesThatAreNotWantedAreLeftOut) {
   EXPECT_EQ(buffers.mesh({}, info.point_count).faces, sample.mesh.faces);
 }
 
-// All attributes of a whole stream, with a gap after each value.
-RawMesh decode_file(const psplit_mesh* mesh, size_t gap) {
+// All attributes of a whole stream, with a gap after each value. `code` becomes that of decoding.
+RawMesh decode_file(const psplit_mesh* mesh, size_t gap, psplit_code& code) {
   const psplit_mesh_info info = info_of(mesh);
   RawMesh raw;
   raw.point_count = info.point_count;
@@ -156,7 +156,7 @@ RawMesh decode_file(const psplit_mesh* mesh, size_t gap) {
   }
   const CBuffers buffers(out);
   auto error = init<psplit_error>();
-  EXPECT_EQ(psplit_mesh_decode(mesh, &buffers.buffers, nullptr, &error), PSPLIT_OK) << error.text;
+  code = psplit_mesh_decode(mesh, &buffers.buffers, nullptr, &error);
   for (uint32_t k = 0; k < info.attribute_count; ++k) {
     const size_t size = attribute_of(mesh, k).value_size;
     for (size_t at = 0; at < values[k].size(); at += size + gap) {
@@ -166,6 +166,13 @@ RawMesh decode_file(const psplit_mesh* mesh, size_t gap) {
       for (size_t byte = size; byte < size + gap; ++byte) EXPECT_EQ(values[k][at + byte], 0xa5);
     }
   }
+  return raw;
+}
+
+RawMesh decode_file(const psplit_mesh* mesh, size_t gap) {
+  psplit_code code = PSPLIT_OK;
+  RawMesh raw = decode_file(mesh, gap, code);
+  EXPECT_EQ(code, PSPLIT_OK);
   return raw;
 }
 
@@ -243,6 +250,32 @@ TEST(CDecode, WholeStreamsFindAttributesBySemantic) {
       EXPECT_EQ(psplit_mesh_find_semantic(mesh, static_cast<psplit_semantic>(semantic), seen[semantic]), -1);
     EXPECT_EQ(psplit_mesh_find_name(mesh, "NO_SUCH_NAME"), -1);
   }
+}
+
+TEST(CDecode, WholeStreamsGoToShortIndicesAndToWantedAttributesOnly) {
+  size_t count = 0;
+  for (const DracoStream& stream : small_draco_streams()) {
+    SCOPED_TRACE(stream.name);
+    const Opened opened = open_bytes(PSPLIT_KIND_DRACO_FILE, stream.bytes);
+    if (!is_decoded(opened)) continue;
+    const psplit_mesh_info info = info_of(opened.mesh.get());
+    const RawMesh whole = decode_file(opened.mesh.get(), 0);
+    std::vector<std::array<uint16_t, 3>> faces(info.face_count);
+    for (uint32_t wanted = 0; wanted < info.attribute_count; ++wanted) {
+      const size_t size = attribute_of(opened.mesh.get(), wanted).value_size;
+      std::vector<uint8_t> values(info.point_count * size);
+      PrimitiveBuffers out{faces, 2};
+      out.attributes.resize(info.attribute_count);
+      out.attributes[wanted] = {values, 0};
+      const CBuffers buffers(out);
+      ASSERT_EQ(psplit_mesh_decode_patch(opened.mesh.get(), 0, &buffers.buffers, nullptr, nullptr), PSPLIT_OK);
+      EXPECT_EQ(values, whole.attributes[wanted].point_values);
+      for (size_t face = 0; face < faces.size(); ++face)
+        for (size_t k = 0; k < 3; ++k) ASSERT_EQ(faces[face][k], whole.faces[face][k]);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 100u);
 }
 
 struct Stock {
@@ -370,6 +403,107 @@ TEST(CDecode, StopEndsDecoding) {
   EXPECT_EQ(seen.done, info.patch_count);
 }
 
+// Whole streams and one container, with the buffers of their indices.
+struct ManyFiles {
+  static constexpr size_t kFiles = 5;
+  const Stock& stock = stock_sample();
+  const PatchedSample& sample = sample_of_many_patches();
+  std::vector<Handle<psplit_mesh>> meshes{};
+  std::vector<std::unique_ptr<Buffers>> memory{};
+  std::vector<std::unique_ptr<CBuffers>> buffers{};
+  std::vector<psplit_job> jobs{};
+  size_t steps = 0, last_done = 0;
+  psplit_stop* stop = nullptr;
+
+  ManyFiles() {
+    for (size_t i = 0; i < kFiles; ++i) add(must_open(PSPLIT_KIND_DRACO_FILE, stock.bytes));
+    add(open_sample(sample));
+    steps = kFiles + info_of(meshes.back().get()).patch_count;
+  }
+  void add(Handle<psplit_mesh> mesh) {
+    memory.push_back(
+        std::make_unique<Buffers>(std::span<const AttributeRequest>(), 0, info_of(mesh.get()).face_count));
+    buffers.push_back(std::make_unique<CBuffers>(memory.back()->out));
+    jobs.push_back(init<psplit_job>());
+    jobs.back().mesh = mesh.get();
+    jobs.back().buffers = &buffers.back()->buffers;
+    meshes.push_back(std::move(mesh));
+  }
+  psplit_code decode(int32_t threads) {
+    auto run = init<psplit_run>();
+    run.threads = threads;
+    run.stop = stop;
+    run.user = this;
+    run.progress = [](void* user, size_t done, size_t total) {
+      auto* const files = static_cast<ManyFiles*>(user);
+      EXPECT_EQ(total, files->steps);
+      files->last_done = done;
+      if (files->stop != nullptr && done == 2) psplit_stop_set(files->stop, 1);
+    };
+    return psplit_decode_meshes(jobs.data(), jobs.size(), &run, nullptr);
+  }
+};
+
+TEST(CDecode, WholeStreamsAreDecodedBesideContainers) {
+  ManyFiles files;
+  EXPECT_EQ(files.decode(1), PSPLIT_OK);
+  EXPECT_EQ(files.last_done, files.steps);
+  for (size_t i = 0; i < files.jobs.size(); ++i) {
+    const Mesh& expected = i < ManyFiles::kFiles ? files.stock.mesh : files.sample.mesh;
+    EXPECT_EQ(files.memory[i]->mesh({}, expected.point_count).faces, expected.faces);
+  }
+}
+
+TEST(CDecode, StopEndsDecodingBetweenWholeStreams) {
+  ManyFiles files;
+  ASSERT_EQ(psplit_stop_create(&files.stop, nullptr), PSPLIT_OK);
+  const Handle<psplit_stop> stop(files.stop);
+  EXPECT_EQ(files.decode(1), PSPLIT_ERROR_CANCELLED);
+  for (size_t i = 0; i < files.jobs.size(); ++i)
+    EXPECT_EQ(files.jobs[i].code, i < 2 ? PSPLIT_OK : PSPLIT_ERROR_CANCELLED) << i;
+}
+
+TEST(CDecode, AWholeStreamMayBeCopiedAndMayNotBeReplaced) {
+  std::vector<uint8_t> bytes = stock_sample().bytes;
+  const Handle<psplit_mesh> copy = must_open(PSPLIT_KIND_DRACO_FILE, bytes, {}, PSPLIT_COPY);
+  const Handle<psplit_mesh> mesh = must_open(PSPLIT_KIND_DRACO_FILE, bytes);
+  const RawMesh expected = decode_file(mesh.get(), 0);
+  std::fill(bytes.begin(), bytes.end(), uint8_t{0});
+  const auto other = std::ranges::find_if(small_draco_streams(), [&](const DracoStream& stream) {
+    return stream.bytes.size() <= bytes.size() &&
+           open_bytes(PSPLIT_KIND_DRACO_FILE, stream.bytes).code == PSPLIT_OK;
+  });
+  ASSERT_NE(other, small_draco_streams().end());
+  std::ranges::copy(other->bytes, bytes.begin());
+  psplit_code code = PSPLIT_OK;
+  decode_file(mesh.get(), 0, code);
+  EXPECT_EQ(code, PSPLIT_ERROR_INVALID_INPUT);
+  EXPECT_EQ(decode_file(copy.get(), 0), expected);
+}
+
+TEST(CDecode, BrokenKdTreesAreErrorsOfDecoding) {
+  size_t count = 0;
+  for (const DracoStream& cloud : small_draco_clouds()) {
+    const Opened whole = open_bytes(PSPLIT_KIND_DRACO_FILE, cloud.bytes);
+    if (whole.code != PSPLIT_OK || info_of(whole.mesh.get()).coding != PSPLIT_CODING_CLOUD_KD_TREE) continue;
+    if (info_of(whole.mesh.get()).attribute_count == 0) continue;
+    SCOPED_TRACE(cloud.name);
+    const std::span<const uint8_t> part = std::span(cloud.bytes).first(cloud.bytes.size() - 1);
+    const Opened opened = open_bytes(PSPLIT_KIND_DRACO_FILE, part);
+    if (opened.code != PSPLIT_OK) continue;  // there was nothing to decode
+    psplit_code code = PSPLIT_OK;
+    decode_file(opened.mesh.get(), 0, code);
+    EXPECT_EQ(code, PSPLIT_ERROR_INVALID_INPUT);
+    auto quantization = init<psplit_quantization>();
+    EXPECT_EQ(psplit_mesh_get_quantization(opened.mesh.get(), 0, &quantization, nullptr),
+              PSPLIT_ERROR_INVALID_INPUT);
+    ASSERT_EQ(psplit_mesh_get_quantization(whole.mesh.get(), 0, &quantization, nullptr), PSPLIT_OK);
+    EXPECT_EQ(quantization.bits, must(describe_stream(cloud.bytes)).attributes[0].bits);
+    ++count;
+  }
+  EXPECT_GT(count, 20u);
+}
+
 TEST(CDecode, OneHandleServesManyThreads) {
   const PatchedSample& sample = sample_of_many_patches();
   const Handle<psplit_mesh> mesh = open_sample(sample);
@@ -417,7 +551,9 @@ void try_bytes(psplit_kind kind, const std::vector<uint8_t>& bytes,
   }
   const psplit_mesh* const mesh = opened.mesh.get();
   if (kind == PSPLIT_KIND_DRACO_FILE) {
-    decode_file(mesh, 0);
+    psplit_code code = PSPLIT_OK;
+    decode_file(mesh, 0, code);
+    EXPECT_TRUE(code == PSPLIT_OK || code == PSPLIT_ERROR_INVALID_INPUT) << code;
     return;
   }
   const psplit_mesh_info info = info_of(mesh);

@@ -7,6 +7,7 @@
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/draco_clouds.h"
 #include "tests/support/draco_features.h"
 #include "tests/support/draco_streams.h"
 
@@ -79,6 +80,69 @@ TEST(DescribeStream, RefusesWhatTheBackendRefuses) {
         const auto decoded = decode_stream(backend, broken, *requests);
         EXPECT_EQ(described.status().to_string(), decoded.status().to_string());
       }
+    }
+  }
+}
+
+// The outlines of all streams, and what decoding them finds.
+template <typename Check>
+void for_each_outline(const std::vector<DracoStream>& streams, Check check) {
+  for (const DracoStream& stream : streams) {
+    SCOPED_TRACE(stream.name);
+    StreamDescription description;
+    std::vector<StoredValues> stored;
+    const Status decoded = decode_geometry(
+        stream.bytes,
+        [&](const StreamDescription& of, std::span<const StoredValues> values) -> Expected<GeometryPlaces> {
+          description = of;
+          stored.assign(values.begin(), values.end());
+          return cancelled();
+        });
+    const Expected<StreamOutline> outline = outline_stream(stream.bytes);
+    if (decoded.code() != StatusCode::kCancelled) {
+      EXPECT_EQ(outline.status().to_string(), decoded.to_string());
+      continue;
+    }
+    ASSERT_TRUE(outline) << outline.status().to_string();
+    ASSERT_EQ(outline->stored.size(), stored.size());
+    for (size_t i = 0; i < stored.size(); ++i) {
+      EXPECT_EQ(outline->stored[i].value_count, stored[i].value_count);
+      EXPECT_EQ(outline->stored[i].one_a_point, stored[i].one_a_point);
+      EXPECT_EQ(outline->stored[i].has_integers, stored[i].has_integers);
+    }
+    check(stream, outline->description, description);
+  }
+}
+
+TEST(OutlineStream, IsTheDescriptionOfEveryStreamButKdTrees) {
+  size_t meshes = 0, clouds = 0, trees = 0;
+  for_each_outline(small_draco_streams(), [&](const auto&, const auto& outline, const auto& description) {
+    EXPECT_TRUE(outline == description);
+    ++meshes;
+  });
+  for_each_outline(small_draco_clouds(), [&](const auto&, const auto& outline, auto description) {
+    const bool is_tree = description.coding == StreamCoding::kCloudKdTree;
+    for (StreamAttribute& attribute : description.attributes)
+      if (is_tree) attribute.bits = 0, attribute.range = 0, attribute.origin = {};
+    EXPECT_TRUE(outline == description);
+    ++(is_tree ? trees : clouds);
+  });
+  EXPECT_GT(meshes, 100u);
+  EXPECT_GT(clouds, 20u);
+  EXPECT_GT(trees, 20u);
+}
+
+TEST(OutlineStream, RefusesTruncatedStreamsAndNoneThatDecodes) {
+  for (const bool is_sequential : {false, true}) {
+    const std::vector<uint8_t> whole = smallest_stream(is_sequential);
+    for (size_t at = 0; at < whole.size(); ++at) {
+      SCOPED_TRACE(at);
+      EXPECT_FALSE(outline_stream(std::span(whole).first(at)));
+      std::vector<uint8_t> broken = whole;
+      broken[at] = 0xff;
+      const auto described = describe_stream(broken);
+      if (!described) continue;
+      EXPECT_TRUE(must(outline_stream(broken)).description == *described);
     }
   }
 }
