@@ -81,10 +81,10 @@ bool to_integer(const Component& component, DataType from, bool normalized, Data
 
 }  // namespace
 
-bool convert_components(const uint8_t* in, DataType from, bool normalized, uint32_t count, DataType to,
+bool convert_components(const uint8_t* in, DataType from, bool normalized, size_t count, DataType to,
                         uint8_t* out) {
   const uint32_t in_bytes = core::data_type_bytes(from), out_bytes = core::data_type_bytes(to);
-  for (uint32_t k = 0; k < count; ++k, in += in_bytes, out += out_bytes) {
+  for (size_t k = 0; k < count; ++k, in += in_bytes, out += out_bytes) {
     const Component component = load(in, from);
     uint64_t bits = 0;
     if (to == DataType::kFloat32) {

@@ -2,13 +2,15 @@
 // rules are libdraco's.
 #pragma once
 
+#include <cstddef>
+
 #include "src/core/data_type.h"
 
 namespace psplit {
 
 // Converts `count` components. `normalized` is the stored attribute's. Returns false if a component does not
 // fit type `to`; those before it are written.
-bool convert_components(const uint8_t* in, core::DataType from, bool normalized, uint32_t count,
+bool convert_components(const uint8_t* in, core::DataType from, bool normalized, size_t count,
                         core::DataType to, uint8_t* out);
 
 }  // namespace psplit

@@ -173,6 +173,10 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
   return {};
 }
 
+inline Status does_not_fit(const AttributeRequest& request) {
+  return invalid_input("Draco stream: a value of " + request.semantic + " does not fit its accessor's type");
+}
+
 // Writes an attribute's values to place_of(point), in the requested type.
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
@@ -189,8 +193,7 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
     auto* const place = reinterpret_cast<uint8_t*>(place_of(point));
     if (place != nullptr && !convert_components(stored.data() + point * stride, attribute.type,
                                                 attribute.normalized, attribute.components, type, place))
-      return invalid_input("Draco stream: a value of " + request.semantic +
-                           " does not fit its accessor's type");
+      return does_not_fit(request);
   }
   return {};
 }

@@ -133,6 +133,19 @@ void write_places(const core::Patch<Index>& patch, const core::Attribute<Index>&
   });
 }
 
+// Converts the values of all points to the requested type. Returns false if one does not fit.
+bool convert_to(const AttributeRequest& request, const StreamAttribute& stored, size_t point_count,
+                Array<std::byte>& values) {
+  const core::DataType type = stored_type(request.component_type);
+  if (type == stored.type) return true;
+  Array<std::byte> converted(point_count * request.value_bytes());
+  const bool fits =
+      convert_components(reinterpret_cast<const uint8_t*>(values.data()), stored.type, stored.normalized,
+                         point_count * stored.components, type, reinterpret_cast<uint8_t*>(converted.data()));
+  values = std::move(converted);
+  return fits;
+}
+
 }  // namespace
 
 Expected<StreamDescription> describe_stream(Span<const uint8_t> stream) {
@@ -155,25 +168,6 @@ Expected<StreamOutline> outline_stream(Span<const uint8_t> stream) {
   return outline;
 }
 
-Expected<Mesh> decode_draco(Span<const uint8_t> stream, StreamDescription* description) {
-  Mesh mesh;
-  Status status = with_any_stream(
-      stream, [&]<typename Index>(const auto& header, const core::Patch<Index>& patch) -> Status {
-        StreamDescription described = description_of(header, patch);
-        const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(described.attributes);
-        if (!requests) return requests.status();
-        const Expected<PrimitiveBuffers> out =
-            allocate_mesh(patch.point_count, patch.face_count, *requests, stream.size(), mesh);
-        if (!out) return out.status();
-        std::vector<const core::Attribute<Index>*> attributes;
-        if (Status found = find_attributes(patch, *requests, attributes); !found.ok()) return found;
-        if (description != nullptr) *description = std::move(described);
-        return write_stream<Index>(patch, *requests, attributes, patch.face_count, *out);
-      });
-  if (!status.ok()) return status;
-  return mesh;
-}
-
 size_t GeometryAttribute::stride() const { return component_count() * core::data_type_bytes(type()); }
 
 Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for) {
@@ -191,34 +185,56 @@ Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for) 
   });
 }
 
+Expected<GeometryPlaces> allocate_geometry(const StreamDescription& description,
+                                           Span<const StoredValues> stored, bool integers,
+                                           uint64_t stored_bytes, DracoGeometry& geometry) {
+  geometry = {description.coding, description.point_count, {}, {}};
+  uint64_t point_bytes = 0;
+  for (size_t i = 0; i < stored.size(); ++i) {
+    geometry.attributes.push_back({description.attributes[i], {}, integers && stored[i].has_integers});
+    point_bytes += geometry.attributes.back().stride();
+  }
+  Status claims = check_results(description.point_count, description.face_count, point_bytes, stored_bytes);
+  if (!claims.ok()) return claims;
+  geometry.faces.resize(description.face_count);
+  GeometryPlaces places;
+  places.faces = geometry.faces.data();
+  for (GeometryAttribute& attribute : geometry.attributes) {
+    attribute.values.resize(description.point_count * attribute.stride());
+    places.attributes.push_back({attribute.values.data(), nullptr, attribute.are_integers});
+  }
+  return places;
+}
+
 Expected<DracoGeometry> decode_geometry(Span<const uint8_t> stream, bool integers) {
   DracoGeometry geometry;
-  Status status = decode_geometry(
-      stream,
-      [&](const StreamDescription& description,
-          std::span<const StoredValues> stored) -> Expected<GeometryPlaces> {
-        geometry.coding = description.coding;
-        geometry.point_count = description.point_count;
-        uint64_t point_bytes = 0;
-        for (size_t i = 0; i < stored.size(); ++i) {
-          GeometryAttribute attribute{description.attributes[i], {}, integers && stored[i].has_integers};
-          point_bytes += attribute.stride();
-          geometry.attributes.push_back(std::move(attribute));
-        }
-        const uint64_t bytes =
-            point_bytes * description.point_count + description.face_count * sizeof(geometry.faces[0]);
-        if (bytes > justified_result_bytes(stream.size())) return status_of(core::Fault::kWorkspace);
-        geometry.faces.resize(description.face_count);
-        GeometryPlaces places;
-        places.faces = geometry.faces.empty() ? nullptr : geometry.faces[0].data();
-        for (GeometryAttribute& attribute : geometry.attributes) {
-          attribute.values.resize(description.point_count * attribute.stride());
-          places.attributes.push_back({attribute.values.data(), nullptr, attribute.are_integers});
-        }
-        return places;
+  Status status =
+      decode_geometry(stream, [&](const StreamDescription& description, std::span<const StoredValues> stored) {
+        return allocate_geometry(description, stored, integers, stream.size(), geometry);
       });
   if (!status.ok()) return status;
   return geometry;
+}
+
+Expected<Mesh> decode_draco(Span<const uint8_t> stream, StreamDescription* description) {
+  Expected<DracoGeometry> geometry = decode_geometry(stream);
+  if (!geometry) return geometry.status();
+  StreamDescription described{
+      geometry->coding, static_cast<uint32_t>(geometry->faces.size()), geometry->point_count, {}};
+  for (GeometryAttribute& attribute : geometry->attributes)
+    described.attributes.push_back(std::move(attribute.description));
+  Expected<std::vector<AttributeRequest>> requests = gltf_attributes(described.attributes);
+  if (!requests) return requests.status();
+  Mesh mesh{geometry->point_count, std::move(geometry->faces), {}};
+  for (size_t i = 0; i < requests->size(); ++i) {
+    AttributeRequest& request = (*requests)[i];
+    Array<std::byte> values = std::move(geometry->attributes[i].values);
+    if (!convert_to(request, described.attributes[i], mesh.point_count, values)) return does_not_fit(request);
+    mesh.attributes.push_back({std::move(request.semantic), request.component_type, request.component_count,
+                               request.normalized, std::move(values)});
+  }
+  if (description != nullptr) *description = std::move(described);
+  return mesh;
 }
 
 }  // namespace psplit

@@ -90,4 +90,10 @@ using PlacesFor =
 // Decodes a stream to the places that places_for returns, which may throw. Its error is returned.
 PSPLIT_EXPORT Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for);
 
+// Gives `geometry` what is known of a stream, and the memory for the rest, not zeroed, which is returned.
+// Errors: kInvalidInput if `stored_bytes`, those of the stream, do not justify that much memory.
+PSPLIT_EXPORT Expected<GeometryPlaces> allocate_geometry(const StreamDescription& description,
+                                                         Span<const StoredValues> stored, bool integers,
+                                                         uint64_t stored_bytes, DracoGeometry& geometry);
+
 }  // namespace psplit

@@ -65,13 +65,12 @@ std::optional<std::vector<std::byte>> read_values(const Decoder& decoder, const 
   const core::DataType from = attribute.description.type, to = stored_type(request.component_type);
   const Array<std::byte>& values = attribute.values;
   if (from == to) return std::vector<std::byte>(values.begin(), values.end());
-  const size_t from_bytes = attribute.stride(), to_bytes = request.value_bytes();
-  std::vector<std::byte> converted(decoder.geometry.point_count * to_bytes);
-  for (size_t point = 0; point < decoder.geometry.point_count; ++point)
-    if (!convert_components(reinterpret_cast<const uint8_t*>(&values[point * from_bytes]), from,
-                            attribute.description.normalized, attribute.description.components, to,
-                            reinterpret_cast<uint8_t*>(&converted[point * to_bytes])))
-      return std::nullopt;
+  const size_t points = decoder.geometry.point_count;
+  std::vector<std::byte> converted(points * request.value_bytes());
+  if (!convert_components(reinterpret_cast<const uint8_t*>(values.data()), from,
+                          attribute.description.normalized, points * attribute.description.components, to,
+                          reinterpret_cast<uint8_t*>(converted.data())))
+    return std::nullopt;
   return converted;
 }
 

@@ -64,7 +64,9 @@ py::array array_of(Array<std::array<uint32_t, 3>>&& faces);
 // dict needs the interpreter's lock; asking for memory does not.
 class OutArrays {
  public:
-  // ValueError for arrays that are not writable, contiguous and in the machine's byte order.
+  OutArrays() = default;
+  // `dict` may be None. ValueError for arrays that are not writable, contiguous and in the machine's byte
+  // order.
   explicit OutArrays(const py::object& dict);
 
   // The memory for rows x columns values; null if the caller gave no array for it. kUsage if the array has

@@ -66,51 +66,44 @@ struct DecodedStream {
   StreamMetadata metadata;
 };
 
-Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool integers) {
-  Expected<DracoGeometry> geometry = decode_geometry(stream, integers);
-  if (!geometry) return geometry.status();
-  Expected<StreamMetadata> metadata = read_metadata(stream);
-  if (!metadata) return metadata.status();
-  return DecodedStream{std::move(*geometry), std::move(*metadata)};
+// The memory for a stream: the caller's arrays, and the geometry where there is none.
+Expected<GeometryPlaces> places_for(const StreamDescription& description, std::span<const StoredValues> stored,
+                                    bool integers, size_t stream_bytes, OutArrays& out,
+                                    DracoGeometry& geometry) {
+  Expected<GeometryPlaces> places = allocate_geometry(description, stored, integers, stream_bytes, geometry);
+  if (!places) return places;
+  const Expected<std::byte*> faces = out.take("faces", {}, "u4", description.face_count, 3);
+  if (!faces) return faces.status();
+  if (*faces != nullptr) {
+    places->faces = *faces;
+    geometry.faces = {};
+  }
+  const std::vector<std::string> names = names_of(description.attributes);
+  for (size_t i = 0; i < names.size(); ++i) {
+    GeometryAttribute& attribute = geometry.attributes[i];
+    const Expected<std::byte*> given =
+        out.take(names[i], attribute.description.unique_id, type_code(attribute.type()),
+                 description.point_count, attribute.component_count());
+    if (!given) return given.status();
+    if (*given == nullptr) continue;
+    places->attributes[i].values = *given;
+    attribute.values = {};
+  }
+  if (Status all = out.all_taken(); !all.ok()) return all;
+  return places;
 }
 
 // Decodes to the caller's arrays where there are some.
-Expected<DecodedStream> decode_stream_to(std::span<const uint8_t> stream, bool integers, OutArrays& out) {
-  Expected<StreamMetadata> metadata = read_metadata(stream);
-  if (!metadata) return metadata.status();
-  DecodedStream decoded{{}, std::move(*metadata)};
-  DracoGeometry& geometry = decoded.geometry;
-  Status status = decode_geometry(
-      stream,
-      [&](const StreamDescription& description,
-          std::span<const StoredValues> stored) -> Expected<GeometryPlaces> {
-        const size_t points = description.point_count, face_count = description.face_count;
-        geometry.coding = description.coding;
-        geometry.point_count = description.point_count;
-        GeometryPlaces places;
-        const Expected<std::byte*> faces = out.take("faces", {}, "u4", face_count, 3);
-        if (!faces) return faces.status();
-        places.faces = reinterpret_cast<uint32_t*>(*faces);
-        if (places.faces == nullptr && face_count > 0) {
-          geometry.faces.resize(face_count);
-          places.faces = geometry.faces[0].data();
-        }
-        const std::vector<std::string> names = names_of(description.attributes);
-        for (size_t i = 0; i < stored.size(); ++i) {
-          GeometryAttribute attribute{description.attributes[i], {}, integers && stored[i].has_integers};
-          const Expected<std::byte*> given =
-              out.take(names[i], attribute.description.unique_id, type_code(attribute.type()), points,
-                       attribute.component_count());
-          if (!given) return given.status();
-          if (*given == nullptr) attribute.values.resize(points * attribute.stride());
-          places.attributes.push_back(
-              {*given == nullptr ? attribute.values.data() : *given, nullptr, attribute.are_integers});
-          geometry.attributes.push_back(std::move(attribute));
-        }
-        if (Status all = out.all_taken(); !all.ok()) return all;
-        return places;
+Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool integers, OutArrays& out) {
+  DecodedStream decoded;
+  Status status =
+      decode_geometry(stream, [&](const StreamDescription& description, std::span<const StoredValues> stored) {
+        return places_for(description, stored, integers, stream.size(), out, decoded.geometry);
       });
   if (!status.ok()) return status;
+  Expected<StreamMetadata> metadata = read_metadata(stream);
+  if (!metadata) return metadata.status();
+  decoded.metadata = std::move(*metadata);
   return decoded;
 }
 
@@ -130,35 +123,30 @@ py::object tuple_of(GeometryAttribute&& attribute, const std::string& name, uint
                         int{description.bits}, std::move(origin), std::move(range), attribute.are_integers);
 }
 
-py::tuple tuple_of(DecodedStream&& decoded, const OutArrays* out) {
+py::tuple tuple_of(DecodedStream&& decoded, const OutArrays& out) {
   DracoGeometry& geometry = decoded.geometry;
   std::vector<StreamAttribute> descriptions;
   for (const GeometryAttribute& attribute : geometry.attributes) descriptions.push_back(attribute.description);
   const std::vector<std::string> names = names_of(descriptions);
-  const auto given = [&](const std::string& name, std::optional<uint32_t> unique_id) {
-    return out == nullptr ? py::object(py::none()) : out->taken(name, unique_id);
-  };
-  py::object faces = given("faces", {});
+  py::object faces = out.taken("faces", {});
   if (faces.is_none()) faces = array_of(std::move(geometry.faces));
   py::list attributes;
   for (size_t i = 0; i < names.size(); ++i)
     attributes.append(tuple_of(std::move(geometry.attributes[i]), names[i], geometry.point_count,
-                               given(names[i], descriptions[i].unique_id)));
+                               out.taken(names[i], descriptions[i].unique_id)));
   return py::make_tuple(coding_name(geometry.coding), geometry.point_count, std::move(faces),
                         std::move(attributes), tuple_of(decoded.metadata));
 }
 
 py::tuple decode(const py::object& data, bool quantized, const py::object& out_dict) {
   const HeldBytes held(data);
-  std::optional<OutArrays> out;
-  if (!out_dict.is_none()) out.emplace(out_dict);
+  OutArrays out(out_dict);
   std::optional<Expected<DecodedStream>> decoded;
   {
     const py::gil_scoped_release release;
-    decoded.emplace(out ? decode_stream_to(held.bytes(), quantized, *out)
-                        : decode_stream(held.bytes(), quantized));
+    decoded.emplace(decode_stream(held.bytes(), quantized, out));
   }
-  return tuple_of(value_or_throw(std::move(*decoded)), out ? &*out : nullptr);
+  return tuple_of(value_or_throw(std::move(*decoded)), out);
 }
 
 // A tuple or an exception for each stream.
@@ -175,12 +163,13 @@ py::list decode_many(const py::list& data, bool quantized, int thread_count) {
   with_pool(thread_count, [&](const ThreadPool& pool) {
     const py::gil_scoped_release release;
     pool.for_each(held.size(), [&](size_t i) {
-      decoded[order[i]].emplace(decode_stream(held[order[i]].bytes(), quantized));
+      OutArrays none;
+      decoded[order[i]].emplace(decode_stream(held[order[i]].bytes(), quantized, none));
     });
   });
   py::list results;
   for (std::optional<Expected<DecodedStream>>& one : decoded)
-    results.append(*one ? py::object(tuple_of(std::move(**one), nullptr)) : exception_of(one->status()));
+    results.append(*one ? py::object(tuple_of(std::move(**one), OutArrays())) : exception_of(one->status()));
   return results;
 }
 
@@ -222,15 +211,15 @@ Expected<PrimitiveBuffers> buffers_for(const CompressedPrimitive& primitive, Out
 }
 
 py::tuple tuple_of_mesh(Mesh&& mesh, const char* coding, std::span<const AttributeRequest> requests,
-                        const OutArrays* out) {
-  py::object faces = out == nullptr ? py::object(py::none()) : out->taken("faces", {});
+                        const OutArrays& out) {
+  py::object faces = out.taken("faces", {});
   if (faces.is_none()) faces = array_of(std::move(mesh.faces));
   py::list attributes;
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
     Attribute& attribute = mesh.attributes[i];
     std::optional<uint32_t> unique_id;
     if (!requests.empty()) unique_id = requests[i].unique_id;
-    py::object values = out == nullptr ? py::object(py::none()) : out->taken(attribute.semantic, unique_id);
+    py::object values = out.taken(attribute.semantic, unique_id);
     if (values.is_none())
       values = array_of(std::move(attribute.values), type_code(attribute.component_type), mesh.point_count,
                         attribute.component_count);
@@ -260,13 +249,13 @@ py::tuple decode_primitive(const py::object& data, const std::vector<Requested>&
     return primitive->decode(*buffers, options);
   });
   throw_if_failed(status);
-  return tuple_of_mesh(std::move(mesh), is_stock ? "draco" : "patches", source.attributes, &out);
+  return tuple_of_mesh(std::move(mesh), is_stock ? "draco" : "patches", source.attributes, out);
 }
 
 }  // namespace
 
 py::tuple tuple_of(Mesh&& mesh, const char* coding) {
-  return tuple_of_mesh(std::move(mesh), coding, {}, nullptr);
+  return tuple_of_mesh(std::move(mesh), coding, {}, OutArrays());
 }
 
 void add_decode(py::module_& module) {
