@@ -8,8 +8,8 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from . import _native
-from ._decode import PATCHES
 from ._errors import InvalidInputError, UnsupportedError
+from ._gltf import PATCHES
 from ._input import BytesLike
 from ._mesh import Mesh
 

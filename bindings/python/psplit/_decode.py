@@ -6,14 +6,11 @@ from typing import Any, Callable, Iterable, List, Mapping, Optional, Tuple, Unio
 import numpy as np
 
 from . import _native
+from ._asset import load
 from ._errors import Error, InvalidInputError
+from ._gltf import COMPONENT_TYPES, COMPONENTS, PATCHES, STOCK
 from ._input import BytesLike, bytes_of, is_container, is_draco, is_gltf
 from ._mesh import Mesh
-
-PATCHES = "PSPLIT_mesh_draco_patches"
-STOCK = "KHR_draco_mesh_compression"
-COMPONENT_TYPES = (5120, 5121, 5122, 5123, 5125, 5126)
-COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
@@ -58,7 +55,6 @@ def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
         raise InvalidInputError("neither a Draco stream nor glTF")
     if quantized or out is not None:
         raise Error("quantized and out are for Draco streams, and this is glTF", code="usage")
-    from ._asset import load
     primitives = [primitive for mesh in load(source, threads=threads).meshes for primitive in mesh.primitives]
     if len(primitives) != 1:
         raise Error(f"the asset has {len(primitives)} primitives; psplit.load gives all of them", code="usage")

@@ -7,8 +7,8 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _native
-from ._decode import COMPONENTS
 from ._errors import UnsupportedError
+from ._gltf import COMPONENTS
 
 
 class Container(NamedTuple):

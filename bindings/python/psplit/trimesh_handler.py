@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import Any, Dict
 
 from . import _decode
+from ._gltf import PATCHES, STOCK
 
 _COMPONENT_TYPES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
@@ -24,18 +25,18 @@ def register() -> None:
     """
     from trimesh.exchange.gltf.extensions import register_handler
 
-    register_handler(_decode.PATCHES, scope="primitive_preprocess")(decode_patches)
-    register_handler(_decode.STOCK, scope="primitive_preprocess")(decode_stock)
+    register_handler(PATCHES, scope="primitive_preprocess")(decode_patches)
+    register_handler(STOCK, scope="primitive_preprocess")(decode_stock)
 
 
 def decode_patches(context: Dict[str, Any]) -> Dict[str, Any]:
     """The handler of PSPLIT_mesh_draco_patches."""
-    return _decode_primitive(context, _decode.PATCHES)
+    return _decode_primitive(context, PATCHES)
 
 
 def decode_stock(context: Dict[str, Any]) -> Dict[str, Any]:
     """The handler of KHR_draco_mesh_compression."""
-    return _decode_primitive(context, _decode.STOCK)
+    return _decode_primitive(context, STOCK)
 
 
 def _decode_primitive(context: Dict[str, Any], extension: str) -> Dict[str, Any]:
