@@ -5,7 +5,6 @@
 
 #include "src/container/claims.h"
 #include "src/container/patch_container.h"
-#include "src/fields/expand_container.h"
 #include "src/loader/check_buffers.h"
 
 namespace psplit::c {
@@ -133,15 +132,10 @@ using namespace psplit::c;
 Expected<const StreamDescription*> psplit_mesh::description() const {
   if (file && file->description.coding != StreamCoding::kCloudKdTree) return &file->description;
   const std::lock_guard lock(mutex_);
-  if (!description_ && file) {
-    Expected<StreamDescription> description = describe_stream(file->stream);
-    if (!description) return description.status();
-    description_ = std::move(*description);
-  } else if (!description_) {
+  if (!description_) {
     if (patch_count() == 0) return invalid_input("the container has no patches");
-    const Expected<std::vector<uint8_t>> stream = expand_patch(primitive->container(), 0);
-    if (!stream) return stream.status();
-    Expected<StreamDescription> description = describe_stream(*stream);
+    Expected<StreamDescription> description =
+        file ? describe_stream(file->stream) : describe_patch(primitive->container(), 0);
     if (!description) return description.status();
     description_ = std::move(*description);
   }

@@ -13,8 +13,8 @@ struct DescribedPrimitive {
   std::vector<StreamDescription> streams;  // of stock Draco one, of a container one for each patch
 };
 
-// Condensed patches are described as the streams that they stand for. Errors: those of `describe`, with the
-// patch as their place; kInvalidInput.
+// `describe` is for stock Draco; patches are described by describe_patch (src/cpu/draco_stream.h). Errors:
+// those of both, and kInvalidInput.
 Expected<DescribedPrimitive> describe_primitive(const Document& document, PrimitiveId id,
                                                 const DescribeStream& describe, const ThreadPool& pool);
 

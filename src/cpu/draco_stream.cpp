@@ -22,22 +22,27 @@ Expected<std::optional<core::CloudHeader>> read_cloud_header(std::span<const uin
   return std::optional(header);
 }
 
-// Decodes a stream whose attributes are not known, and calls use(header, patch).
+// Decodes a patch whose attributes are not known, and calls use(header, patch).
+template <typename Decode = DecodeAll, typename Use>
+Status with_any_patch(const PatchContainer& container, const BorderValues& borders, uint32_t number, Use use) {
+  if (!container.refusal.ok()) return container.refusal;
+  const ScratchPool::Lease lease(scratch_pool());
+  // The first try has memory for as many attributes as most streams have.
+  const std::array<AttributeRequest, 4> likely;
+  return with_decoded<Decode>(container, borders, number, likely, *lease, [&](const auto& patch, core::Arena&) {
+    return use(container.headers[number], patch);
+  });
+}
+
+// The same for a stream.
 template <typename Decode = DecodeAll, typename Use>
 Status with_any_stream(std::span<const uint8_t> stream, Use use) {
   const Expected<std::optional<core::CloudHeader>> cloud = read_cloud_header(stream);
   if (!cloud) return cloud.status();
+  if (!*cloud) return with_any_patch<Decode>(open_stream(stream), BorderValues(), 0, use);
   const ScratchPool::Lease lease(scratch_pool());
-  if (*cloud)
-    return with_decoded_cloud<Decode>(**cloud, stream.size(), *lease,
-                                      [&](const auto& patch) { return use(**cloud, patch); });
-  const PatchContainer container = open_stream(stream);
-  if (!container.refusal.ok()) return container.refusal;
-  // The first try has memory for as many attributes as most streams have.
-  const std::array<AttributeRequest, 4> likely;
-  return with_decoded<Decode>(
-      container, BorderValues(), 0, likely, *lease,
-      [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
+  return with_decoded_cloud<Decode>(**cloud, stream.size(), *lease,
+                                    [&](const auto& patch) { return use(**cloud, patch); });
 }
 
 StreamCoding coding_of(const core::CloudHeader& header) {
@@ -155,6 +160,21 @@ Expected<StreamDescription> describe_stream(Span<const uint8_t> stream) {
     return {};
   });
   if (!status.ok()) return status;
+  return description;
+}
+
+Expected<StreamDescription> describe_patch(const PatchContainer& container, uint32_t number) {
+  const Expected<BorderValues> borders = BorderValues::decode(container, number);
+  if (!borders) return borders.status();
+  StreamDescription description;
+  Status status =
+      with_any_patch(container, *borders, number, [&](const auto& header, const auto& patch) -> Status {
+        description = description_of(header, patch);
+        const StreamEntry& entry = container.entries[number];
+        const bool is_row_right = !entry.is_condensed || patch.point_count == entry.point_count;
+        return is_row_right ? Status() : status_of(core::Fault::kCounts);
+      });
+  if (!status.ok()) return container.is_stock ? status : std::move(status).at({.patch = number});
   return description;
 }
 

@@ -18,6 +18,10 @@ namespace psplit {
 // Describes a stream. It decodes the stream for that.
 PSPLIT_EXPORT Expected<StreamDescription> describe_stream(Span<const uint8_t> stream);
 
+// The same of a patch of an opened container, or of its residue: what describe_stream says of its Draco stream,
+// also if it is condensed. Errors have the patch of a container as their place.
+PSPLIT_EXPORT Expected<StreamDescription> describe_patch(const PatchContainer& container, uint32_t number);
+
 // Decodes all attributes as glTF has them. A point cloud becomes a mesh without faces. gltf_attributes
 // (src/container/stream_description.h) chooses names and types, and has errors of its own. `description`, if it
 // is not null, becomes that of the stream.

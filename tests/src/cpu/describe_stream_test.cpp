@@ -6,10 +6,12 @@
 #include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
+#include "src/fields/expand_container.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_features.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/patched_samples.h"
 
 namespace psplit {
 namespace {
@@ -82,6 +84,36 @@ TEST(DescribeStream, RefusesWhatTheBackendRefuses) {
       }
     }
   }
+}
+
+TEST(DescribePatch, SaysWhatIsSaidOfTheDracoStream) {
+  const ThreadPool pool(2);
+  size_t condensed = 0, ordinary = 0, grids = 0;
+  for (const CondensedSample& sample : condensed_samples(pool)) {
+    SCOPED_TRACE(sample.original.name);
+    const PatchContainer container = must(open_container(sample.container));
+    for (uint32_t i = 0; i < container.entries.size(); ++i) {
+      const StreamDescription description = must(describe_patch(container, i));
+      EXPECT_TRUE(description == must(describe_stream(must(expand_patch(container, i))))) << i;
+      EXPECT_TRUE(description == must(describe_patch(container.alone(i), 0))) << i;
+      ++(container.entries[i].is_condensed ? condensed : ordinary);
+      for (const StreamAttribute& attribute : description.attributes) grids += attribute.origin.size();
+    }
+  }
+  EXPECT_GT(condensed, 20u);
+  EXPECT_GT(ordinary, 0u);
+  EXPECT_GT(grids, 60u);
+}
+
+TEST(DescribePatch, NamesThePatchOfAnError) {
+  const CondensedSample& sample = condensed_samples(ThreadPool(2)).front();
+  PatchContainer container = must(open_container(sample.container));
+  const uint32_t last = container.patch_count() - 1;
+  container.streams[last] = container.streams[last].first(1);
+  container.headers[last].condensed.bytes = {container.streams[last].data(), 1};
+  const Status status = describe_patch(container, last).status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(status.place().patch, last);
 }
 
 // The outlines of all streams, and what decoding them finds.

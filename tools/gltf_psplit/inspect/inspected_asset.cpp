@@ -4,6 +4,7 @@
 
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/container/patch_boxes.h"
+#include "src/cpu/draco_stream.h"
 #include "src/fields/expand_container.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
@@ -30,8 +31,7 @@ std::string name_of(const StreamAttribute& attribute, const InspectedPrimitive& 
   return found == primitive.attributes.end() ? "unused" : found->semantic;
 }
 
-Status inspect_patches(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
-                       InspectedPrimitive& out) {
+Status inspect_patches(const Document& document, const ThreadPool& pool, InspectedPrimitive& out) {
   const Expected<StoredPrimitive> patched = stored_primitive(document, out.id);
   if (!patched) return patched.status();
   const Expected<PatchContainer> container = open_container(patched->bytes);
@@ -41,10 +41,8 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
   // All streams of a container are coded alike, except the last if it holds the residue.
-  const Expected<std::vector<uint8_t>> first = expand_patch(*container, 0);
-  if (!first) return first.status();
-  const Expected<StreamDescription> stream = describe(*first);
-  if (!stream) return stream.status().at({.patch = 0});
+  const Expected<StreamDescription> stream = describe_patch(*container, 0);
+  if (!stream) return stream.status();
   for (const StreamAttribute& attribute : stream->attributes)
     out.section_attributes.push_back(name_of(attribute, out));
   Expected<SectionBytes> sections = measure_sections(*container, pool);
@@ -92,7 +90,7 @@ Status inspect_primitive(const Document& document, const DescribeStream& describ
   if (!primitive.status.ok()) return primitive.status;
   out.storage = primitive.storage();
   switch (out.storage) {
-    case PrimitiveStorage::kPatches: return inspect_patches(document, describe, pool, out);
+    case PrimitiveStorage::kPatches: return inspect_patches(document, pool, out);
     case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
     case PrimitiveStorage::kPlain:
       out.summary.points = document.records().points_of(primitive);
