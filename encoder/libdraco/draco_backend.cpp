@@ -18,6 +18,7 @@
 #include "encoder/libdraco/unfused_values.h"
 #include "encoder/stitching/stitch_map.h"
 #include "src/container/claims.h"
+#include "src/container/write_faces.h"
 #include "src/core/stream_header.h"
 #include "src/fields/expand_container.h"
 
@@ -151,19 +152,6 @@ Status check_faces(const draco::Mesh& mesh) {
   return {};
 }
 
-// Three indices for each face; point_of(face, k) is the k-th.
-template <typename PointOf>
-void write_indices(uint32_t face_count, void* indices, uint32_t index_bytes, PointOf point_of) {
-  const auto write = [&]<typename Out>(Out* out) {
-    for (uint32_t face = 0; face < face_count; ++face)
-      for (uint32_t k = 0; k < 3; ++k) *out++ = static_cast<Out>(point_of(face, k));
-  };
-  if (index_bytes == 2)
-    write(static_cast<uint16_t*>(indices));
-  else
-    write(static_cast<uint32_t*>(indices));
-}
-
 Status write_values(const draco::PointAttribute& attribute, uint32_t point_count,
                     const AttributeRequest& request, const AttributeBuffer& out) {
   const bool same_type = attribute.data_type() == draco_type(request.component_type);
@@ -197,8 +185,8 @@ Status decode_stream(std::span<const uint8_t> stream, std::span<const AttributeR
   const uint32_t face_count = std::min(most_faces, mesh.num_faces());
   const Expected<PrimitiveBuffers> out = buffers_for(mesh.num_points(), face_count);
   if (!out) return out.status();
-  write_indices(face_count, out->indices.data(), out->index_bytes,
-                [&](uint32_t face, uint32_t k) { return mesh.face(draco::FaceIndex(face))[k].value(); });
+  write_faces(face_count, out->indices.data(), out->index_bytes,
+              [&](uint32_t face, uint32_t k) { return mesh.face(draco::FaceIndex(face))[k].value(); });
   for (size_t i = 0; i < requests.size(); ++i)
     if (Status status = write_values(*(*attributes)[i], mesh.num_points(), requests[i], out->attributes[i]);
         !status.ok())
@@ -254,8 +242,8 @@ Status decode_container(const DecodeTask& task, const PrimitiveBuffers& out, con
     const std::vector<uint32_t>& number = (*numbers)[i];
     const std::span<std::byte> indices =
         out.indices.subspan(size_t{3} * out.index_bytes * container.face_base[i]);
-    write_indices(container.entries[i].face_count, indices.data(), out.index_bytes,
-                  [&](uint32_t face, uint32_t k) { return number[faces[i][face][k]]; });
+    write_faces(container.entries[i].face_count, indices.data(), out.index_bytes,
+                [&](uint32_t face, uint32_t k) { return number[faces[i][face][k]]; });
     // The owner writes, and copies hold the same bits. A patch numbers the points that it owns in their order.
     uint32_t next = container.owned_base[i];
     for (uint32_t point = 0; point < patches[i].point_count; ++point) {

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string>
 
+#include "src/container/write_faces.h"
 #include "src/core/stitch.h"
 #include "src/cpu/decode_in_scratch.h"
 
@@ -156,7 +157,7 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
   const uint32_t total = container_.point_count(), first_face = container_.face_base[i];
   std::vector<Placeholder>& placeholders = patches_[i].placeholders;
   placeholders.clear();
-  with_indices(out_, [&]<typename Out>(Out* out) {
+  with_indices(out_.indices.data(), out_.index_bytes, [&]<typename Out>(Out* out) {
     out += size_t{3} * (first_face - container_.face_base[range_.first]);
     for (uint32_t face = 0; face < entry.face_count; ++face)
       for (uint32_t k = 0; k < 3; ++k) {
@@ -268,7 +269,7 @@ Status ContainerDecoder::resolve_references(uint32_t i) {
 void ContainerDecoder::write_references(uint32_t i) {
   const StitchedPatch& patch = patches_[i];
   const size_t first_corner = size_t{3} * container_.face_base[range_.first];
-  with_indices(out_, [&]<typename Out>(Out* out) {
+  with_indices(out_.indices.data(), out_.index_bytes, [&]<typename Out>(Out* out) {
     for (const Placeholder& placeholder : patch.placeholders)
       out[placeholder.corner - first_corner] = static_cast<Out>(patch.references[placeholder.reference]);
   });

@@ -10,6 +10,7 @@
 #include "src/container/border_values.h"
 #include "src/container/claims.h"
 #include "src/container/stream_description.h"
+#include "src/container/write_faces.h"
 #include "src/core/decode_cloud.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/scratch.h"
@@ -198,26 +199,12 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
   return {};
 }
 
-// Calls write(indices), with a pointer to integers of that size.
-template <typename Write>
-void with_indices(void* indices, uint32_t index_bytes, Write write) {
-  if (index_bytes == 2)
-    write(static_cast<uint16_t*>(indices));
-  else
-    write(static_cast<uint32_t*>(indices));
-}
-template <typename Write>
-void with_indices(const PrimitiveBuffers& out, Write write) {
-  with_indices(out.indices.data(), out.index_bytes, write);
-}
-
 // Writes the first faces of a stream.
 template <typename Index>
-void write_faces(const core::Patch<Index>& patch, uint32_t face_count, void* out, uint32_t index_bytes) {
-  with_indices(out, index_bytes, [&]<typename Out>(Out* indices) {
-    for (uint32_t face = 0; face < face_count; ++face)
-      for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
-  });
+void write_stream_faces(const core::Patch<Index>& patch, uint32_t face_count, void* indices,
+                        uint32_t index_bytes) {
+  write_faces(face_count, indices, index_bytes,
+              [&](uint32_t face, uint32_t k) { return patch.point_at[4 * face + k]; });
 }
 
 // Writes the faces and the requested attributes of a stream without borders.
@@ -225,7 +212,7 @@ template <typename Index>
 Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
                     std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
                     const PrimitiveBuffers& out) {
-  write_faces(patch, face_count, out.indices.data(), out.index_bytes);
+  write_stream_faces(patch, face_count, out.indices.data(), out.index_bytes);
   for (size_t i = 0; i < requests.size(); ++i) {
     std::byte* const values = out.attributes[i].bytes.data();
     const size_t stride = out.attributes[i].stride;

@@ -195,7 +195,7 @@ Status decode_geometry(Span<const uint8_t> stream, const PlacesFor& places_for) 
     const Expected<GeometryPlaces> places =
         places_for(description_of(header, patch), stored_values(header, patch));
     if (!places) return places.status();
-    write_faces(patch, patch.face_count, places->faces, places->index_bytes);
+    write_stream_faces(patch, patch.face_count, places->faces, places->index_bytes);
     for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
       const AttributePlaces& to = places->attributes[i];
       if (to.values != nullptr) write_places(patch, patch.attributes[i], has_order(header), to);
