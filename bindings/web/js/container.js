@@ -7,12 +7,23 @@ export const wrong_length = () => new PsplitError('container: its length is not 
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 
+const kHeaderBytes = 20, kMagic = 0x4c505350;
+
+// Where the head begins and ends. If the bytes that are there are not those of a container, both are 0.
+function head_of(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
+  const begin = kHeaderBytes + word(12);
+  return word(0) === kMagic ? { begin, end: begin + word(16) } : { begin: 0, end: 0 };
+}
+
+// The bytes to the end of the head; 0 if they are not those of a container: then no more are needed.
+export const front_bytes = (bytes) => (bytes.length < kHeaderBytes ? kHeaderBytes : head_of(bytes).end);
+
 // The boxes of streams, which a section of a valid container's head may have. Undefined if there are none, or if they are broken.
 function boxes_of(bytes, stream_count) {
-  const kHeader = 20, kBoxes = 128, kBounds = 24, kSteps = 255;
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
-  const end = kHeader + word(12) + word(16);
-  for (let at = kHeader + word(12), length; at < end; at += length) {
+  const kBoxes = 128, kBounds = 24, kSteps = 255;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), { begin, end } = head_of(bytes);
+  for (let at = begin, length; at < end; at += length) {
     const type = bytes[at++];
     length = 0;
     for (let scale = 1; ; scale *= 128) {
@@ -34,15 +45,6 @@ function boxes_of(bytes, stream_count) {
 // Columns of the directory.
 export const kStreamBytes = 0;
 export const kStitchBytes = 4;
-
-const kHeaderBytes = 20, kMagic = 0x4c505350;
-
-// The bytes to the end of the head. If the bytes that are there are not those of a container, no more are needed.
-export function front_bytes(bytes) {
-  if (bytes.length < kHeaderBytes) return kHeaderBytes;
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
-  return word(0) === kMagic ? kHeaderBytes + word(12) + word(16) : 0;
-}
 
 export const sum = (numbers) => numbers.reduce((all, number) => all + number, 0);
 export function joined(chunks) {
