@@ -1,8 +1,8 @@
 #include "encoder/condensing/coded_patch.h"
 
+#include "encoder/fields/symbol_lists.h"
 #include "src/container/condensed_head.h"
 #include "src/core/stitch_codes.h"
-#include "src/fields/symbol_lists.h"
 
 namespace psplit {
 namespace {

@@ -5,9 +5,9 @@
 #include "encoder/condensing/choose_models.h"
 #include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/table_sets.h"
+#include "encoder/fields/expand.h"
 #include "src/container/condensed_head.h"
 #include "src/container/patch_boxes.h"
-#include "src/fields/expand.h"
 
 namespace psplit {
 namespace {

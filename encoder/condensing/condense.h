@@ -25,7 +25,7 @@ struct CondensedStreams {
 //
 // The result depends neither on the number of threads nor, with IEEE 754 arithmetic, on the machine. One
 // exception: whether a stream gives the same bytes depends, very rarely, on the C library's log2
-// (src/fields/entropy_encoder.cpp).
+// (encoder/fields/entropy_encoder.cpp).
 //
 // Until it returns, it takes about 40 bytes for each decoded point of positions, and 20 more for each further
 // attribute: far less than a partition (measured: Dragon, patches of 440 and 4,800 faces).

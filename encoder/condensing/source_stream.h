@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "encoder/fields/draco_fields.h"
 #include "src/core/decode_patch.h"
-#include "src/fields/draco_fields.h"
 
 namespace psplit {
 

@@ -14,13 +14,13 @@
 #include <new>
 #include <stdexcept>
 
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_types.h"
 #include "encoder/libdraco/unfused_values.h"
 #include "encoder/stitching/stitch_map.h"
 #include "src/container/claims.h"
 #include "src/container/write_faces.h"
 #include "src/core/stream_header.h"
-#include "src/fields/expand_container.h"
 
 namespace psplit {
 namespace {

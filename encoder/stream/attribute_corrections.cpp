@@ -3,12 +3,12 @@
 #include <memory>
 #include <vector>
 
+#include "encoder/fields/draco_corrections.h"
 #include "encoder/stream/crease_choice.h"
 #include "src/container/claims.h"
 #include "src/core/multi_parallelogram.h"
 #include "src/core/normals.h"
 #include "src/core/tex_coords.h"
-#include "src/fields/draco_corrections.h"
 
 namespace psplit {
 namespace {

@@ -2,9 +2,9 @@
 // its schemes.
 #pragma once
 
+#include "encoder/fields/draco_fields.h"
 #include "src/core/attributes.h"
 #include "src/core/prediction_data.h"
-#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

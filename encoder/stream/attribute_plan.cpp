@@ -4,8 +4,8 @@
 #include <bit>
 #include <numeric>
 
+#include "encoder/fields/entropy_encoder.h"
 #include "src/container/bit_string.h"
-#include "src/fields/entropy_encoder.h"
 
 namespace psplit {
 namespace {

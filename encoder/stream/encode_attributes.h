@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "encoder/fields/draco_fields.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/welding/weld.h"
 #include "src/core/attributes.h"
-#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "encoder/fields/symbol_lists.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/traverse_faces.h"
 #include "src/container/claims.h"
 #include "src/core/seam_decoder.h"
-#include "src/fields/symbol_lists.h"
 
 namespace psplit {
 namespace {

@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
+#include "encoder/fields/draco_fields.h"
 #include "src/core/patch.h"
-#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

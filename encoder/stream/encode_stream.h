@@ -2,7 +2,7 @@
 //
 //   encode_connectivity.h  faces -> the fields of the connectivity, and the tables that a decoder will have
 //   encode_attributes.h    values -> the fields of the attributes, which are predicted on these tables
-//   src/fields          all fields -> bytes
+//   encoder/fields          all fields -> bytes
 #pragma once
 
 #include <cstdint>

@@ -5,13 +5,13 @@
 #include <memory>
 #include <utility>
 
+#include "encoder/fields/entropy_encoder.h"
 #include "encoder/stream/encode_attributes.h"
 #include "encoder/stream/patch_steps.h"
 #include "encoder/stream/stream_steps.h"
 #include "src/container/bit_string.h"
 #include "src/container/claims.h"
 #include "src/core/traversal.h"
-#include "src/fields/entropy_encoder.h"
 
 namespace psplit {
 namespace {

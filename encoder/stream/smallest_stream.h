@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "encoder/fields/draco_fields.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/fields/draco_fields.h"
 #include "src/status.h"
 
 namespace psplit {

@@ -5,12 +5,12 @@
 #include <set>
 #include <utility>
 
+#include "encoder/fields/expand_container.h"
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/cpu/cpu_backend.h"
-#include "src/fields/expand_container.h"
 
 namespace psplit {
 namespace {

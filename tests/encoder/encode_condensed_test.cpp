@@ -1,9 +1,9 @@
 // Containers of condensed streams from encode_mesh: they hold what Draco streams hold.
 
 #include "encoder/encode_mesh.h"
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "src/container/condensed_head.h"
-#include "src/fields/expand_container.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/patched_samples.h"

@@ -8,11 +8,11 @@
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
-#include "src/fields/expand_container.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/default_codings.h"

@@ -23,7 +23,7 @@
 //
 // Each other attribute has a section of its own, which is like the part of attribute 0. A decoder so reads all
 // attributes at once. Corrections are those of the Draco stream in its order, or those of values in order of
-// creation (creation.h). src/fields/expand.h makes the Draco stream again; encoder/condensing/condense.h
+// creation (creation.h). encoder/fields/expand.h makes the Draco stream again; encoder/condensing/condense.h
 // makes condensed streams.
 #pragma once
 

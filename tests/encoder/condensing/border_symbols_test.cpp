@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "encoder/condensing/condense.h"
+#include "encoder/fields/expand.h"
 #include "src/container/patch_container.h"
-#include "src/fields/expand.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <random>
 
+#include "encoder/fields/draco_fields.h"
+#include "encoder/fields/expand.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "src/fields/draco_fields.h"
-#include "src/fields/expand.h"
 #include "tests/support/container_of_streams.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/expect.h"

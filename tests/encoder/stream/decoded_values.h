@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "encoder/fields/draco_fields.h"
 #include "encoder/stream/attribute_corrections.h"
 #include "src/core/workspace.h"
-#include "src/fields/draco_fields.h"
 
 namespace psplit {
 

@@ -9,9 +9,9 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "encoder/fields/expand_container.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/draco_stream.h"
-#include "src/fields/expand_container.h"
 #include "src/loader/loader.h"
 
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <set>
 
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
-#include "src/fields/expand_container.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_features.h"

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <random>
 
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "src/container/claims.h"
 #include "src/cpu/cpu_backend.h"
-#include "src/fields/expand_container.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/src/loader/counted_memory.h"
 #include "tests/support/decode_bytes.h"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "encoder/fields/expand_container.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/container/patch_boxes.h"
 #include "src/cpu/draco_stream.h"
-#include "src/fields/expand_container.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "encoder/fields/section_bytes.h"
 #include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/stream_description.h"
-#include "src/fields/section_bytes.h"
 #include "src/parallel.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/patch_summary.h"

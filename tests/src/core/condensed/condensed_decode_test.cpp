@@ -7,9 +7,9 @@
 #include <random>
 
 #include "encoder/condensing/condense.h"
+#include "encoder/fields/expand.h"
 #include "src/container/condensed_head.h"
 #include "src/core/condensed/condensed_header.h"
-#include "src/fields/expand.h"
 #include "tests/src/core/decode_mesh.h"
 #include "tests/support/container_of_streams.h"
 #include "tests/support/expect.h"

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "encoder/fields/draco_fields.h"
 #include "src/core/attributes.h"
 #include "src/core/parallelogram.h"
 #include "src/core/prediction_data.h"
 #include "src/core/stitch_codes.h"
-#include "src/fields/draco_fields.h"
 
 namespace psplit {
 

@@ -1,9 +1,9 @@
-#include "src/fields/expand_container.h"
+#include "encoder/fields/expand_container.h"
 
+#include "encoder/fields/expand.h"
 #include "src/container/border_values.h"
 #include "src/container/condensed_head.h"
 #include "src/container/patch_boxes.h"
-#include "src/fields/expand.h"
 
 namespace psplit {
 namespace {

@@ -1,4 +1,4 @@
-#include "src/fields/entropy_encoder.h"
+#include "encoder/fields/entropy_encoder.h"
 
 #include <algorithm>
 #include <bit>

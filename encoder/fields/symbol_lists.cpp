@@ -1,4 +1,4 @@
-#include "src/fields/symbol_lists.h"
+#include "encoder/fields/symbol_lists.h"
 
 #include <algorithm>
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "encoder/fields/draco_fields.h"
 #include "src/core/edgebreaker.h"
-#include "src/fields/draco_fields.h"
 
 namespace psplit {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "encoder/fields/section_bytes.h"
 #include "src/container/condensed_head.h"
-#include "src/fields/section_bytes.h"
 
 namespace psplit {
 

@@ -1,8 +1,8 @@
 // Condensed streams of a container become the Draco streams that they were made from.
 #pragma once
 
+#include "encoder/fields/section_bytes.h"
 #include "src/container/patch_container.h"
-#include "src/fields/section_bytes.h"
 #include "src/parallel.h"
 
 namespace psplit {

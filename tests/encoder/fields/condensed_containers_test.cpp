@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <random>
 
+#include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "src/cpu/checked_decode.h"
 #include "src/cpu/cpu_backend.h"
-#include "src/fields/expand_container.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/sanitizers.h"

@@ -1,14 +1,14 @@
 #include <algorithm>
 #include <memory>
 
+#include "encoder/fields/draco_fields.h"
+#include "encoder/fields/entropy_encoder.h"
+#include "encoder/fields/stream_layout.h"
+#include "encoder/fields/symbol_lists.h"
 #include "src/core/edgebreaker_decoder.h"
 #include "src/core/seams.h"
 #include "src/core/symbols.h"
 #include "src/core/workspace.h"
-#include "src/fields/draco_fields.h"
-#include "src/fields/entropy_encoder.h"
-#include "src/fields/stream_layout.h"
-#include "src/fields/symbol_lists.h"
 
 namespace psplit {
 namespace {

@@ -1,5 +1,5 @@
 // A stream that libdraco's encoder wrote comes back from its fields bit for bit.
-#include "src/fields/draco_fields.h"
+#include "encoder/fields/draco_fields.h"
 
 #include <algorithm>
 #include <random>

@@ -1,10 +1,10 @@
 #include <algorithm>
 
+#include "encoder/fields/draco_fields.h"
+#include "encoder/fields/entropy_encoder.h"
+#include "encoder/fields/stream_layout.h"
+#include "encoder/fields/symbol_lists.h"
 #include "src/container/bit_string.h"
-#include "src/fields/draco_fields.h"
-#include "src/fields/entropy_encoder.h"
-#include "src/fields/stream_layout.h"
-#include "src/fields/symbol_lists.h"
 
 namespace psplit {
 namespace {

@@ -1,5 +1,5 @@
 // The core decodes what the encoders write. Streams show that the bytes are libdraco's (draco_fields_test.cpp).
-#include "src/fields/entropy_encoder.h"
+#include "encoder/fields/entropy_encoder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,15 @@
-#include "src/fields/expand.h"
+#include "encoder/fields/expand.h"
 
 #include <algorithm>
 #include <memory>
 
+#include "encoder/fields/draco_corrections.h"
+#include "encoder/fields/draco_fields.h"
+#include "encoder/fields/stream_layout.h"
+#include "encoder/fields/symbol_lists.h"
 #include "src/core/condensed/border_part.h"
 #include "src/core/condensed/condensed_header.h"
 #include "src/core/workspace.h"
-#include "src/fields/draco_corrections.h"
-#include "src/fields/draco_fields.h"
-#include "src/fields/stream_layout.h"
-#include "src/fields/symbol_lists.h"
 
 namespace psplit {
 namespace {
