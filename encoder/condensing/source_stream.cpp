@@ -4,6 +4,7 @@
 
 #include "src/container/condensed_head.h"
 #include "src/core/workspace.h"
+#include "src/cpu/container_decoder.h"
 
 namespace psplit {
 
@@ -40,7 +41,7 @@ std::unique_ptr<DecodedSource> DecodedSource::decode(std::span<const uint8_t> dr
   core::Arena arena(source->memory_.get(), size);
   core::Patch<uint32_t>& patch = source->patch_;
   core::View<uint32_t> walk;
-  if (core::decode_patch<uint32_t>(header, arena, patch) != core::Fault::kNone ||
+  if (decode_wide(header, arena, patch) != core::Fault::kNone ||
       core::walk_border(patch, arena, walk) != core::Fault::kNone)
     return nullptr;
   const core::CornerTable<uint32_t>& table = source->table(0).table;

@@ -309,4 +309,8 @@ std::vector<Status> decode_checked_into(std::span<const CheckedTask> tasks, cons
   return statuses;
 }
 
+core::Fault decode_wide(const core::StreamHeader& header, core::Arena& arena, core::Patch<uint32_t>& out) {
+  return core::decode_patch<uint32_t>(header, arena, out);
+}
+
 }  // namespace psplit

@@ -119,4 +119,8 @@ class ContainerDecoder {
   std::vector<StitchedPatch> patches_;
 };
 
+// core::decode_patch with 32-bit numbers. The core takes ten seconds to compile, so the encoder has no copy of
+// its own.
+core::Fault decode_wide(const core::StreamHeader& header, core::Arena& arena, core::Patch<uint32_t>& out);
+
 }  // namespace psplit
