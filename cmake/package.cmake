@@ -28,7 +28,7 @@ endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
 set(encoder_objects psplit_encoder psplit_partition)
-set(gltf_objects psplit_gltf psplit_records psplit_json)
+set(gltf_objects psplit_gltf psplit_compare psplit_mesh_files psplit_documents psplit_json)
 
 if(PSPLIT_BUILD_C)
   list(APPEND headers bindings/c/psplit.h)
@@ -114,69 +114,59 @@ if(PSPLIT_BUILD_ENCODER)
   endif()
 endif()
 
-# psplit::c, for C and other languages: always a shared library, with the objects of its own that it needs. It exports what
-# bindings/c/psplit.map names, with versions. libextern_draco.so, for Blender, and libdracodec_unity.so have their own lists.
-function(psplit_export_only target map)
+# psplit_exporting(TARGET TYPE NAME MAP OBJECTS LIBRARIES...): a library that other languages load, with the objects of its own
+# that it needs. It exports what MAP names, and lies beside the packages.
+function(psplit_exporting target type name map objects)
+  add_library(${target} ${type})
+  target_link_libraries(${target} PRIVATE ${ARGN})
+  foreach(tree IN LISTS objects)
+    set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+    # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
+    get_target_property(options ${tree} COMPILE_OPTIONS)
+    if(NOT options MATCHES interposition)
+      target_compile_options(${tree} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-semantic-interposition>)
+    endif()
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
+  set(folder ${PROJECT_BINARY_DIR}/package)
+  set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY ${folder}
+                        RUNTIME_OUTPUT_DIRECTORY ${folder})
   if(PSPLIT_SANITIZE)
     target_link_options(${target} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
   endif()
   if(UNIX AND NOT APPLE)
-    target_link_options(${target} PRIVATE -Wl,--version-script=${map})
-    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})
+    target_link_options(${target} PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/${map})
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${map})
   endif()
 endfunction()
+# psplit::c, with versions of what it exports; libextern_draco.so, for Blender; and libdracodec_unity.so.
 if(PSPLIT_BUILD_C)
-  set(c_objects psplit_c psplit_records psplit_json psplit_decoder)
-  set(blender_objects)
+  set(objects psplit_c psplit_json psplit_decoder)
   if(PSPLIT_BUILD_ENCODER)
-    list(APPEND c_objects psplit_encoder psplit_partition)
-    set(blender_objects psplit_blender psplit_decoder psplit_encoder psplit_partition)
-    add_library(psplit_blender_package MODULE)
-    target_link_libraries(psplit_blender_package PRIVATE psplit_draco_package ${PSPLIT_THREADS_LIBRARIES})
-    set_target_properties(psplit_blender_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME extern_draco PREFIX lib
-                          LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+    set(libdraco $<BUILD_INTERFACE:psplit_draco_package>)
+    list(APPEND objects psplit_encoder psplit_partition)
+    psplit_exporting(psplit_blender_package MODULE extern_draco bindings/c/blender/bridge.map
+                     "psplit_blender;psplit_decoder;psplit_encoder;psplit_partition" ${libdraco} ${PSPLIT_THREADS_LIBRARIES})
+    set_target_properties(psplit_blender_package PROPERTIES PREFIX lib)
     if(APPLE) # the name that Blender's add-on looks for
       set_target_properties(psplit_blender_package PROPERTIES SUFFIX .dylib)
     endif()
-    psplit_export_only(psplit_blender_package ${PROJECT_SOURCE_DIR}/bindings/c/blender/bridge.map)
   endif()
-  add_library(psplit_c_package SHARED)
+  psplit_exporting(psplit_c_package SHARED psplit bindings/c/psplit.map "${objects}" ${libdraco} ${PSPLIT_THREADS_LIBRARIES})
   add_library(psplit::c ALIAS psplit_c_package)
-  foreach(tree IN LISTS c_objects)
-    target_sources(psplit_c_package PRIVATE $<TARGET_OBJECTS:${tree}>)
-  endforeach()
-  foreach(tree IN LISTS blender_objects)
-    target_sources(psplit_blender_package PRIVATE $<TARGET_OBJECTS:${tree}>)
-  endforeach()
-  set(unity_objects psplit_unity psplit_decoder)
-  add_library(psplit_unity_package MODULE)
-  foreach(tree IN LISTS unity_objects)
-    target_sources(psplit_unity_package PRIVATE $<TARGET_OBJECTS:${tree}>)
-  endforeach()
-  target_link_libraries(psplit_unity_package PRIVATE ${PSPLIT_THREADS_LIBRARIES})
-  set_target_properties(psplit_unity_package PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME dracodec_unity PREFIX lib
-                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package)
+  # The number of the interface, not of the project.
+  set_target_properties(psplit_c_package PROPERTIES EXPORT_NAME c VERSION 0.1 SOVERSION 0)
+  target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  psplit_exporting(psplit_unity_package MODULE dracodec_unity bindings/c/unity/plugin.map "psplit_unity;psplit_decoder"
+                   ${PSPLIT_THREADS_LIBRARIES})
+  set_target_properties(psplit_unity_package PROPERTIES PREFIX lib)
   if(APPLE) # Unity's plugins are bundles there
     set_target_properties(psplit_unity_package PROPERTIES PREFIX "" SUFFIX .bundle)
   endif()
-  psplit_export_only(psplit_unity_package ${PROJECT_SOURCE_DIR}/bindings/c/unity/plugin.map)
-  set(objects ${c_objects} ${blender_objects} ${unity_objects})
-  list(REMOVE_DUPLICATES objects)
-  foreach(tree IN LISTS objects)
-    set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-                          POSITION_INDEPENDENT_CODE ON)
-    # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
-    target_compile_options(${tree} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-semantic-interposition>)
-  endforeach()
-  # The number of the interface, not of the project.
-  set_target_properties(psplit_c_package PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME c OUTPUT_NAME psplit
-                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
-                        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package VERSION 0.1 SOVERSION 0)
-  target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
-                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  target_link_libraries(psplit_c_package PRIVATE ${PSPLIT_THREADS_LIBRARIES})
-  if(PSPLIT_BUILD_ENCODER)
-    target_link_libraries(psplit_c_package PRIVATE $<BUILD_INTERFACE:psplit_draco_package>)
-  endif()
-  psplit_export_only(psplit_c_package ${PROJECT_SOURCE_DIR}/bindings/c/psplit.map)
+endif()
+if(PSPLIT_WITH_DRACO AND UNIX AND NOT DRACO_LIBRARY MATCHES "[.]a$")
+  psplit_exporting(psplit_draco_override SHARED psplit_draco bindings/libdraco/override.map "" psplit_libdraco psplit_draco_package
+                   ${CMAKE_DL_LIBS})
+  target_sources(psplit_draco_override PRIVATE ${PROJECT_SOURCE_DIR}/bindings/libdraco/override.cpp)
 endif()
