@@ -1,6 +1,6 @@
 // Checks that a container holds the mesh that it was made from: the meaning of
-// gltf_ext/compare/compare_assets.h, by the same bounds and distances (encoder/coding/quantization.h), for a
-// mesh whose points have known partners.
+// tools/gltf_psplit/diff/compare_assets.h, by the same bounds and distances (encoder/coding/quantization.h),
+// for a mesh whose points have known partners.
 #pragma once
 
 #include <cstdint>

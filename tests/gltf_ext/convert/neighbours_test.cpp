@@ -3,11 +3,11 @@
 #include <cstring>
 #include <set>
 
-#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/gltf_ext/asset.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
 
 namespace psplit {
 namespace {

@@ -11,7 +11,6 @@
 #include <thread>
 #include <utility>
 
-#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
@@ -29,6 +28,8 @@
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
+#include "tools/gltf_psplit/diff/sameness.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
@@ -37,7 +38,6 @@
 #include "tools/gltf_psplit/options/machine_limits.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/verdict.h"
-#include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
 namespace {

@@ -12,6 +12,8 @@
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
+#include "tools/gltf_psplit/diff/compared_asset.h"
+#include "tools/gltf_psplit/diff/sameness.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
@@ -25,8 +27,6 @@
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 #include "tools/gltf_psplit/report/progress.h"
-#include "tools/gltf_psplit/sameness/compared_asset.h"
-#include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
 namespace {

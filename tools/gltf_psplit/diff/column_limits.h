@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/compare_assets.h"
-#include "gltf_ext/compare/elements.h"
-#include "gltf_ext/compare/read_asset_meshes.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
+#include "tools/gltf_psplit/diff/elements.h"
+#include "tools/gltf_psplit/diff/read_asset_meshes.h"
 
 namespace psplit {
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "gltf_ext/compare/elements.h"
 #include "src/parallel.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {
 

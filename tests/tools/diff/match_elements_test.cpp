@@ -1,5 +1,5 @@
 // Which triangles find a partner, compared with an exhaustive search and on difficult values.
-#include "gltf_ext/compare/match_elements.h"
+#include "tools/gltf_psplit/diff/match_elements.h"
 
 #include <algorithm>
 #include <bit>

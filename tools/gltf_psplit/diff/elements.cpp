@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/elements.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/match_elements.h"
+#include "tools/gltf_psplit/diff/match_elements.h"
 
 #include <algorithm>
 #include <bit>

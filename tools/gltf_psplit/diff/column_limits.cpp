@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/column_limits.h"
+#include "tools/gltf_psplit/diff/column_limits.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tools/gltf_psplit/sameness/sameness.h"
+#include "tools/gltf_psplit/diff/sameness.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -7,10 +7,11 @@
 #include <set>
 #include <span>
 
-#include "gltf_ext/compare/column_limits.h"
-#include "gltf_ext/compare/compare_assets.h"
 #include "system/float_text.h"
 #include "system/operating_system.h"
+#include "tools/gltf_psplit/diff/column_limits.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
+#include "tools/gltf_psplit/diff/compared_asset.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -18,7 +19,6 @@
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
-#include "tools/gltf_psplit/sameness/compared_asset.h"
 
 namespace psplit {
 namespace {

@@ -1,7 +1,7 @@
 #include <cstdio>
 
+#include "tools/gltf_psplit/diff/sameness.h"
 #include "tools/gltf_psplit/report/number_text.h"
-#include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
 namespace {

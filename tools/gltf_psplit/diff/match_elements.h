@@ -16,8 +16,8 @@
 #include <optional>
 #include <vector>
 
-#include "gltf_ext/compare/elements.h"
 #include "src/status.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {
 

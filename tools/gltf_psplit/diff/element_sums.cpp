@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/element_sums.h"
+#include "tools/gltf_psplit/diff/element_sums.h"
 
 #include <algorithm>
 #include <array>

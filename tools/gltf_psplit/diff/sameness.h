@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/json/json.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/read_asset_meshes.h"
 #include "src/parallel.h"
+#include "tools/gltf_psplit/diff/read_asset_meshes.h"
 
 namespace psplit {
 

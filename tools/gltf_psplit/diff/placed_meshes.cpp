@@ -2,9 +2,9 @@
 #include <cmath>
 #include <memory>
 
-#include "gltf_ext/compare/elements.h"
+#include "tools/gltf_psplit/diff/compared_asset.h"
+#include "tools/gltf_psplit/diff/elements.h"
 #include "tools/gltf_psplit/preview/scene.h"
-#include "tools/gltf_psplit/sameness/compared_asset.h"
 
 namespace psplit {
 namespace {

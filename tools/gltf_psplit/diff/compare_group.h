@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/compare/compare_assets.h"
-#include "gltf_ext/compare/read_asset_meshes.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
+#include "tools/gltf_psplit/diff/read_asset_meshes.h"
 
 namespace psplit {
 

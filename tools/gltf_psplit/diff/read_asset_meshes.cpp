@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/read_asset_meshes.h"
+#include "tools/gltf_psplit/diff/read_asset_meshes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,15 +1,15 @@
 // Primitives are first compared by their numbers. If that fails, or if the numbers of primitives differ, all
 // elements of a mesh with the same attributes and material form one bag: so a mesh that was cut into primitives
 // equals the whole.
-#include "gltf_ext/compare/compare_assets.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <tuple>
 
-#include "gltf_ext/compare/compare_group.h"
-#include "gltf_ext/compare/elements.h"
+#include "tools/gltf_psplit/diff/compare_group.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {
 namespace {

@@ -1,5 +1,5 @@
 // Which meshes count as the same, and the reports about those that differ.
-#include "gltf_ext/compare/compare_assets.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "src/cpu/cpu_backend.h"

@@ -1,4 +1,4 @@
-#include "tools/gltf_psplit/sameness/compared_asset.h"
+#include "tools/gltf_psplit/diff/compared_asset.h"
 
 #include <algorithm>
 

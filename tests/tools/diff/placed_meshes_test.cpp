@@ -4,15 +4,15 @@
 #include <cmath>
 #include <cstring>
 
-#include "gltf_ext/compare/compare_assets.h"
-#include "gltf_ext/compare/elements.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/json/json.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/cpu/draco_stream.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
-#include "tools/gltf_psplit/sameness/compared_asset.h"
+#include "tools/gltf_psplit/diff/compare_assets.h"
+#include "tools/gltf_psplit/diff/compared_asset.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {
 namespace {

@@ -1,4 +1,4 @@
-#include "gltf_ext/compare/compare_group.h"
+#include "tools/gltf_psplit/diff/compare_group.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
-#include "gltf_ext/compare/column_limits.h"
-#include "gltf_ext/compare/element_sums.h"
-#include "gltf_ext/compare/match_elements.h"
+#include "tools/gltf_psplit/diff/column_limits.h"
+#include "tools/gltf_psplit/diff/element_sums.h"
+#include "tools/gltf_psplit/diff/match_elements.h"
 
 namespace psplit {
 namespace {
