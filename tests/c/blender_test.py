@@ -4,7 +4,7 @@
   blender_test.py --library libextern_draco.so --psplit COMMAND --corpus FOLDER --samples FOLDER
 
 Import: every primitive of KHR_draco_mesh_compression of the corpus is what libdraco decodes. Export: what it encodes is the
-same mesh, by `gltf-psplit compare`. Without the corpus only the samples are tested.
+same mesh, by `gltf-psplit diff`. Without the corpus only the samples are tested.
 """
 import argparse, json, pathlib, struct, subprocess, sys, tempfile
 from ctypes import c_bool, c_char_p, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p, cdll
@@ -169,7 +169,7 @@ def check_export(plain, folder, with_normalized):
     encoded.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(binary), len(text), 0x4E4F534A) + text +
                         struct.pack("<II", len(binary), 0x004E4942) + binary)
     run(options.psplit, "validate", encoded)
-    run(options.psplit, "compare", plain, encoded)
+    run(options.psplit, "diff", plain, encoded)
 
 
 def shared_accessors(path):

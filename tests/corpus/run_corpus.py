@@ -4,7 +4,7 @@
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
 A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
-(compare A B) must both say so. This is done twice: with the default options, where no value may be off by more than half a
+(`diff`) must both say so. This is done twice: with the default options, where no value may be off by more than half a
 step of the grid that the drawn values of its mesh call for; and split, condensed and lossless, with every face and point kept (kSplit below), in patches of one of three sizes.
 Then libdraco must decode the same patches, expanded, to the same bytes. Or the file must be refused exactly as
 expected_refusals.txt says. In glTF's JSON only what asset_difference.py lists may change.
@@ -139,9 +139,9 @@ def round_trip(path, source, folder, malformed, lossless, has_stock):
     must("same_mesh", options.same_mesh, *(["--lossless"] if lossless else []), source, decoded)
     exactly = ["--tolerance", 0]
     for pair in ([source, encoded] + (exactly if lossless else []), [encoded, decoded] + exactly):
-        code, said = run("compare", options.psplit, "compare", "-q", "-j", 1, *pair)
+        code, said = run("diff", options.psplit, "diff", "-q", "-j", 1, *pair)
         if code != 0 and not (code == 5 and "in a buffer without a uri" in said):
-            raise Failure(f"compare exits with {code}: {said[-400:]}")
+            raise Failure(f"diff exits with {code}: {said[-400:]}")
     if options.validator and not lossless:
         known = ["--like", source] if source.suffix in (".glb", ".gltf") else []
         known += [word for code in expected_codes(errors, path) for word in ("--allow", code)]

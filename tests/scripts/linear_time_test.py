@@ -125,7 +125,7 @@ ENCODE = ["encode", "-f", "-j", "1", "IN", "OUT"]
 # What is measured: assets, the smallest size, and the command lines. OUT of the first is ENCODED for the others.
 CASES = [
     (one_mesh, 40, [ENCODE, ["decode", "-f", "ENCODED", "OUT"], ["validate", "ENCODED"], ["inspect", "ENCODED"],
-                    ["compare", "IN", "ENCODED"], ENCODE + ["--fallback", "coarse", "--always-patches"]]),
+                    ["diff", "IN", "ENCODED"], ENCODE + ["--fallback", "coarse", "--always-patches"]]),
     (many_meshes, 40, [ENCODE, ENCODE + ["--condense"], ["expand", "-f", "ENCODED", "OUT"]]),
     (many_buffers, 40, [ENCODE, ["decode", "-f", "ENCODED", "OUT"]]),
     (edge_of_many_faces, 2000, [ENCODE]),

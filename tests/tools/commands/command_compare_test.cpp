@@ -1,4 +1,4 @@
-// gltf-psplit compare with one file: its table, its JSON, and its defaults.
+// gltf-psplit compare: its table, its JSON, and its defaults.
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {

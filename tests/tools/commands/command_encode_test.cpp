@@ -43,7 +43,7 @@ TEST_F(EncodeCommand, CoarsePrimitivesAreForLoadersWithoutTheExtension) {
   must_run({"decode", path("none.glb"), path("a.glb"), "-q"});
   must_run({"decode", coarse, path("b.glb")});
   EXPECT_TRUE(contains(err_, "dropped"));
-  must_run({"compare", path("a.glb"), path("b.glb")});
+  must_run({"diff", path("a.glb"), path("b.glb")});
   for (const std::string share : {"coarse=", "coarse=5", "coarse=0%", "coarse=101%", "coarse=x%", "coarser"})
     fails(1, {"encode", input, coarse, "--fallback", share}, "is neither none, uncompressed, coarse nor");
   fails(1, {"encode", input, coarse, "--fallback", "coarse", "--compat", "khr"}, "--compat khr writes none");

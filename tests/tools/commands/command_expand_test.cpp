@@ -192,7 +192,7 @@ TEST_F(ExpandCommand, TheProfileForSizeChoosesByBytes) {
   // What is condensed are Draco streams of the same mesh.
   encoded({"--condense"});
   must_run({"expand", path("out.glb"), path("expanded.glb"), "-q"});
-  must_run({"compare", path("out.glb"), path("expanded.glb"), "-q"});
+  must_run({"diff", path("out.glb"), path("expanded.glb"), "-q"});
   must_run({"validate", path("expanded.glb"), "-q"});
 }
 

@@ -69,10 +69,13 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"compare", "a.glb", "--repeat", "0"},
       {"compare", "a.glb", "--stock-speeds", "11"},
       {"compare", "a.glb", "--format", "pdf"},
-      {"compare", "a.glb", "b.glb", "--format", "html"},
-      {"compare", "a.glb", "b.glb", "--stock-speeds", "5"},
-      {"compare", "a.glb", "b.glb", "--no-refine"},
-      {"compare", "a.glb", "b.glb", "--encoder", "psplit"},
+      {"compare", "a.glb", "--tolerance", "0"},
+      {"diff", "a.glb"},
+      {"diff", "a.glb", "b.glb", "c.glb"},
+      {"diff", "a.glb", "b.glb", "--format", "html"},
+      {"diff", "a.glb", "b.glb", "--stock-speeds", "5"},
+      {"diff", "a.glb", "b.glb", "--no-refine"},
+      {"diff", "a.glb", "b.glb", "--encoder", "psplit"},
       {"compare", "a.glb", "--lossless", "--quantize-position", "12"},
       {"encode", "a.glb", "b.glb", "--lossless", "--quantization-volume", "mesh"},
       {"generate", "a.glb", "--shape", "teapot"},
@@ -88,6 +91,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
     EXPECT_EQ(outcome.out, "") << line;
   }
   EXPECT_TRUE(contains(run_command({"encode", "a", "b.glb", "--encode-speed", "11"}).err, "--encode-speed"));
+  fails(1, {"compare", "a.glb", "b.glb"}, "compare measures one file; `gltf-psplit diff A B` tells");
+  fails(1, {"compare", "a.glb", "b.glb", "--tolerance", "0"}, "`gltf-psplit diff A B`");
 }
 
 TEST_F(CommandLine, MissingInputsAreIoErrorsAndLeaveNoOutput) {
@@ -156,7 +161,7 @@ TEST_F(CommandLine, BytesDoNotDependOnThreads) {
 
 TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
   write("cube.fbx", "Kaydara FBX Binary");
-  for (const char* command : {"encode", "decode", "inspect", "compare"}) {
+  for (const char* command : {"encode", "decode", "inspect", "compare", "diff"}) {
     if (command == std::string("compare") && !has_draco()) continue;
     std::vector<std::string> words = {command, path("cube.fbx")};
     if (command[0] == 'e' || command[0] == 'd') words.push_back(path("out.glb"));

@@ -9,8 +9,8 @@
 namespace psplit {
 namespace {
 
-const char* const kVerbs[] = {"encode",  "batch",    "decode",     "expand", "inspect", "validate",
-                              "compare", "generate", "completion", "help",   "version"};
+const char* const kVerbs[] = {"encode",  "batch", "decode",   "expand",     "inspect", "validate",
+                              "compare", "diff",  "generate", "completion", "help",    "version"};
 
 class Help : public CommandTest {};
 

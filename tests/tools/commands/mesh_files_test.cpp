@@ -39,13 +39,13 @@ TEST_F(MeshFiles, EveryFormatIsReadFromFilesPipesAndGzip) {
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 2);
       must_run({"validate", path("out.glb"), "-q"});
-      must_run({"compare", path(name), path("out.glb"), "-q"});
+      must_run({"diff", path(name), path("out.glb"), "-q"});
       outcome = run_command({"inspect", path(name)});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: plain"));
       outcome = run_command_on(path(name), {"encode", "-", path("piped.glb"), "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
-      must_run({"compare", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"});
+      must_run({"diff", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"});
     }
   }
 }
@@ -68,7 +68,7 @@ TEST_F(MeshFiles, WhatIsLostIsSaidByEveryCommand) {
        {std::vector<std::string>{"encode", path("loss.obj"), path("a.glb")},
         {"decode", path("loss.obj"), path("b.glb")},
         {"inspect", path("loss.obj")},
-        {"compare", path("loss.obj"), path("a.glb")},
+        {"diff", path("loss.obj"), path("a.glb")},
         {"batch", path("loss.obj"), "--out-dir", path("out"), "--report", path("report.json")}}) {
     must_run(words);
     EXPECT_TRUE(contains(err_, said)) << words[0] << ": " << err_;

@@ -45,23 +45,23 @@ TEST_F(Origins, EncodeCompareAndDecode) {
       words.insert(words.end(), options.begin(), options.end());
       must_run(words);
       EXPECT_TRUE(contains(err_, "relative to the origin 500000,540000"));
-      must_run({"compare", path(input), path("a.glb")});
-      must_run({"compare", path("a.glb"), path(input)});
-      must_run({"compare", path(input), path("a.glb"), "--scene"});
+      must_run({"diff", path(input), path("a.glb")});
+      must_run({"diff", path("a.glb"), path(input)});
+      must_run({"diff", path(input), path("a.glb"), "--scene"});
       must_run({"decode", path("a.glb"), path("back.obj"), "--accept-loss"});
       EXPECT_EQ(cells_of("back.obj").size(), 3600u);
       must_run({"decode", path("a.glb"), path("back.ply"), "--accept-loss"});
       EXPECT_TRUE(contains(read_bytes(path("back.ply")), "property double x"));
-      must_run({"compare", path("back.ply"), path("back.obj"), "--attributes", "POSITION"});
+      must_run({"diff", path("back.ply"), path("back.obj"), "--attributes", "POSITION"});
     }
 }
 
 TEST_F(Origins, AnOriginThatIsMissingIsADifference) {
   must_run({"encode", path("a.ply"), path("lossy.glb"), "--origin", "none"});
   EXPECT_TRUE(contains(err_, "positions are off by up to 0.2"));
-  EXPECT_EQ(run({"compare", path("a.ply"), path("lossy.glb")}), 7) << out_ << err_;
-  EXPECT_EQ(run({"compare", path("lossy.glb"), path("a.ply")}), 7);
-  EXPECT_EQ(run({"compare", path("lossy.glb"), path("a.ply"), "--scene"}), 7);
+  EXPECT_EQ(run({"diff", path("a.ply"), path("lossy.glb")}), 7) << out_ << err_;
+  EXPECT_EQ(run({"diff", path("lossy.glb"), path("a.ply")}), 7);
+  EXPECT_EQ(run({"diff", path("lossy.glb"), path("a.ply"), "--scene"}), 7);
   // A node that is somewhere else.
   must_run({"encode", path("a.ply"), path("a.glb"), "--lossless"});
   must_run({"decode", path("a.glb"), path("a.gltf")});
@@ -70,33 +70,33 @@ TEST_F(Origins, AnOriginThatIsMissingIsADifference) {
   ASSERT_NE(at, json.npos);
   json[at + 5] = '1';
   write("b.gltf", json);
-  EXPECT_EQ(run({"compare", path("a.ply"), path("b.gltf")}), 7);
-  must_run({"compare", path("a.ply"), path("a.gltf")});
+  EXPECT_EQ(run({"diff", path("a.ply"), path("b.gltf")}), 7);
+  must_run({"diff", path("a.ply"), path("a.gltf")});
 }
 
 // Floats are as coarse there as without an origin.
 TEST_F(Origins, AnOriginThatIsNoHelp) {
   must_run({"encode", path("a.ply"), path("lossy.glb"), "--origin", "0.5,0,0"});
   EXPECT_TRUE(contains(err_, "positions are off by up to 0.2"));
-  EXPECT_EQ(run({"compare", path("a.ply"), path("lossy.glb")}), 7) << out_ << err_;
-  EXPECT_EQ(run({"compare", path("lossy.glb"), path("a.ply")}), 7) << out_ << err_;
-  EXPECT_EQ(run({"compare", path("a.ply"), path("lossy.glb"), "--scene"}), 7) << out_ << err_;
+  EXPECT_EQ(run({"diff", path("a.ply"), path("lossy.glb")}), 7) << out_ << err_;
+  EXPECT_EQ(run({"diff", path("lossy.glb"), path("a.ply")}), 7) << out_ << err_;
+  EXPECT_EQ(run({"diff", path("a.ply"), path("lossy.glb"), "--scene"}), 7) << out_ << err_;
 }
 
 // Of 500002.125, the shortest digits that give the float are 500002.12.
 TEST_F(Origins, FloatsFarAwayHaveAllDigitsInATextOfDoubles) {
   must_run({"encode", path("a.ply"), path("coarse.glb"), "--origin", "none"});
   must_run({"decode", path("coarse.glb"), path("coarse.obj")});
-  must_run({"compare", path("coarse.glb"), path("coarse.obj")});
+  must_run({"diff", path("coarse.glb"), path("coarse.obj")});
   must_run({"encode", path("coarse.obj"), path("again.glb")});
   EXPECT_FALSE(contains(err_, "origin")) << err_;
 }
 
 TEST_F(Origins, PlainGltfAndFormatsOfFloats) {
   must_run({"decode", path("a.ply"), path("plain.glb")});
-  must_run({"compare", path("a.ply"), path("plain.glb")});
+  must_run({"diff", path("a.ply"), path("plain.glb")});
   must_run({"encode", path("plain.glb"), path("again.glb")});
-  must_run({"compare", path("a.ply"), path("again.glb")});
+  must_run({"diff", path("a.ply"), path("again.glb")});
   fails(5, {"decode", path("plain.glb"), path("b.stl")}, "digits of positions that floats cannot hold");
   must_run({"decode", path("plain.glb"), path("b.stl"), "--accept-loss"});
   must_run({"decode", path("plain.glb"), path("c.glb"), "--origin", "none"});
@@ -107,7 +107,7 @@ TEST_F(Origins, OfABatch) {
   std::filesystem::create_directory(path("in"));
   std::filesystem::copy_file(path("a.ply"), path("in/a.ply"));
   must_run({"batch", path("in"), "--out-dir", path("out")});
-  must_run({"compare", path("a.ply"), path("out/a.glb")});
+  must_run({"diff", path("a.ply"), path("out/a.glb")});
   must_run({"batch", path("in"), "--out-dir", path("out"), "--origin", "500000,5400000,0"});
   must_run({"decode", path("out/a.glb"), path("a.gltf")});
   EXPECT_EQ(read_json("a.gltf")["nodes"][0]["translation"], (nlohmann::json{500000.0, 5400000.0, 0.0}));

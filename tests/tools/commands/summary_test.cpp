@@ -93,6 +93,7 @@ TEST_F(SummaryOfFiles, OutputsAreCheckedBeforeTheWork) {
   fails_at_once({"decode", path("none.glb"), missing + ".gltf"}, missing + ".gltf" + folder);
   fails_at_once({"decode", path("none.glb"), path("a.glb"), "--report", missing}, missing + folder);
   fails_at_once({"compare", path("none.glb"), "-o", missing}, missing + folder);
+  fails_at_once({"diff", path("none.glb"), input, "-o", missing}, missing + folder);
   fails_at_once({"generate", missing + ".glb"}, missing + ".glb" + folder);
   fails_at_once({"inspect", path("none.glb"), "--preview", missing + ".png"}, missing + ".png" + folder);
   fails_at_once({"inspect", path("none.glb"), "-o", missing}, missing + folder);
@@ -117,6 +118,7 @@ TEST_F(SummaryOfFiles, ErrorsNameAPathOnce) {
     names_once({"inspect", path(name)}, name);
     names_once({"validate", path(name)}, name);
     if (has_draco()) names_once({"compare", path(name)}, name);
+    names_once({"diff", path(name), path("b.glb")}, name);
   }
   std::filesystem::create_directory(path("folder.glb"));
   names_once({"inspect", path("folder.glb")}, "folder.glb");

@@ -50,7 +50,7 @@ TEST_F(CountOption, RefusesWhatIsNoSize) {
     for (const std::vector<std::string>& command : {std::vector<std::string>{"encode", "a.ply", "a.glb"},
                                                     {"decode", "a.glb", "b.glb"},
                                                     {"validate", "a.glb"},
-                                                    {"compare", "a.glb", "b.glb"},
+                                                    {"diff", "a.glb", "b.glb"},
                                                     {"batch", "a.glb", "--out-dir", "out"}}) {
       std::vector<std::string> words = command;
       words.push_back("--memory=" + std::string(text));

@@ -50,7 +50,7 @@ TEST(MemoryOptions, TemporaryFilesAreNotInMemory) {
 }
 
 TEST(MemoryOptions, EveryCommandNamesTheFolder) {
-  for (const std::string command : {"encode", "decode", "validate", "compare"}) {
+  for (const std::string command : {"encode", "decode", "validate", "diff"}) {
     const std::string help = run_command({command, "--help"}).out;
     EXPECT_TRUE(contains(help, "--temporary FOLDER")) << command;
     EXPECT_TRUE(contains(help, "/var/tmp")) << command;

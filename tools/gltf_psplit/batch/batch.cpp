@@ -193,7 +193,7 @@ class Batch {
       case BatchVerb::kEncode: return "encoding";
       case BatchVerb::kDecode: return "decoding";
       case BatchVerb::kValidate: return "validating";
-      case BatchVerb::kCompare: return "comparing";
+      case BatchVerb::kDiff: return "comparing";
     }
     return "";
   }

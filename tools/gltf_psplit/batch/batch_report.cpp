@@ -36,7 +36,7 @@ const char* done_word(BatchVerb verb) {
     case BatchVerb::kEncode: return "encoded";
     case BatchVerb::kDecode: return "decoded";
     case BatchVerb::kValidate: return "validated";
-    case BatchVerb::kCompare: return "compared";
+    case BatchVerb::kDiff: return "compared";
   }
   return "";
 }

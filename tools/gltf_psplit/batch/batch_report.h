@@ -19,9 +19,9 @@
 namespace psplit {
 
 // What a batch does with each asset.
-enum class BatchVerb { kEncode, kDecode, kValidate, kCompare };
+enum class BatchVerb { kEncode, kDecode, kValidate, kDiff };
 inline constexpr BatchVerb kBatchVerbs[] = {BatchVerb::kEncode, BatchVerb::kDecode, BatchVerb::kValidate,
-                                            BatchVerb::kCompare};
+                                            BatchVerb::kDiff};
 const char* done_word(BatchVerb verb);  // "encoded", "decoded", "validated", "compared"
 
 // The result of one asset.

@@ -29,7 +29,7 @@
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/diff/compare_assets.h"
-#include "tools/gltf_psplit/diff/sameness.h"
+#include "tools/gltf_psplit/diff/diff_report.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
@@ -101,7 +101,7 @@ void MemoryBudget::give_back(uint64_t bytes) {
 
 // What the record calls a check of an asset; empty for verbs that write it.
 const char* check_of(BatchVerb verb) {
-  return verb == BatchVerb::kValidate ? "validate" : verb == BatchVerb::kCompare ? "compare" : "";
+  return verb == BatchVerb::kValidate ? "validate" : verb == BatchVerb::kDiff ? "diff" : "";
 }
 
 constexpr const char* kPassed = "passed";
@@ -134,7 +134,7 @@ class AssetWork {
   Status encode(Job& job, Document& document);
   Status write(Job& job, const Document& document, const std::string& key);
   Status validate(Job& job);
-  Status compare(Job& job, const Document& input, const std::string& content);
+  Status diff(Job& job, const Document& input, const std::string& content);
   std::string made_from(const std::string& content) const;
   std::string recorded_input(const Job& job) const;
   Status note_up_to_date(Job& job, const std::string& key);
@@ -166,14 +166,14 @@ BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::funct
   BatchOutcome outcome{.input = item.input};
   const bool writes = *check_of(arguments_.verb) == '\0';
   const fs::path place = (arguments_.request.folder / item.name).make_preferred();
-  if (writes || arguments_.verb == BatchVerb::kCompare)
+  if (writes || arguments_.verb == BatchVerb::kDiff)
     outcome.output = arguments_.staging.any() ? item.name : place.string();
   Job job{item, outcome, {arguments_.staging, staging_folder_ / std::to_string(id)}};
   job.input = item.input;
   job.output = writes && !arguments_.staging.store.empty() ? job.staged.output(item) : place;
   job.record_name = psplit::record_name(item.name, check_of(arguments_.verb));
   const bool is_known = !item.version.empty() || !item.xxh128.empty();
-  if (!arguments_.staging.fetch.empty() && is_known && arguments_.verb != BatchVerb::kCompare)
+  if (!arguments_.staging.fetch.empty() && is_known && arguments_.verb != BatchVerb::kDiff)
     job.content = "given: " + item.xxh128 + " " + item.version;
   const Stopwatch watch;
   try {
@@ -234,7 +234,7 @@ Status AssetWork::work_on_file(Job& job) {
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
   if (Status status = check_report_beside(*document); !status.ok()) return status;
   const std::string content = job.content.empty() ? hash_asset(*document) : job.content;
-  if (arguments_.verb == BatchVerb::kCompare) return compare(job, *document, content);
+  if (arguments_.verb == BatchVerb::kDiff) return diff(job, *document, content);
   const std::string key = made_from(content);
   const Expected<bool> up_to_date = is_up_to_date(job, key);
   if (!up_to_date) return up_to_date.status();
@@ -344,7 +344,7 @@ Status AssetWork::validate(Job& job) {
   return verdict.status.ok() ? record_.add(job.record_name, {key, kPassed}) : verdict.status;
 }
 
-Status AssetWork::compare(Job& job, const Document& input, const std::string& content) {
+Status AssetWork::diff(Job& job, const Document& input, const std::string& content) {
   if (!arguments_.staging.fetch_output.empty()) {
     Expected<fs::path> back = job.staged.bring_back(job.item);
     if (!back) return back.status();

@@ -21,7 +21,7 @@ namespace {
 const std::map<std::string, BatchVerb> kVerbs{{"encode", BatchVerb::kEncode},
                                               {"decode", BatchVerb::kDecode},
                                               {"validate", BatchVerb::kValidate},
-                                              {"compare", BatchVerb::kCompare}};
+                                              {"diff", BatchVerb::kDiff}};
 
 struct BatchCommandArguments {
   BatchArguments batch;
@@ -53,9 +53,9 @@ void add_base(CLI::App& command, BatchArguments& batch) {
 void add_planned_options(CLI::App& command, BatchCommandArguments& arguments) {
   const std::vector<CLI::Option*> before = command.get_options();
   add_choice_option(
-      command, "--command", arguments.verb, {"encode", "decode", "validate", "compare"},
+      command, "--command", arguments.verb, {"encode", "decode", "validate", "diff"},
       "What to do with each asset: encode, decode to plain glTF, validate, or compare the input with "
-      "its output in --out-dir, as `compare IN OUT` does");
+      "its output in --out-dir, as `diff IN OUT` does");
   add_form_option(command, arguments.form);
   arguments.resolve = add_encode_options(command, arguments.batch.encode);
   add_images_option(command, arguments.batch.write);
@@ -190,7 +190,7 @@ Status check_batch(const BatchCommandArguments& arguments) {
   if (batch.manifest.empty() && !batch.staging.fetch.empty()) return wrong_usage("--fetch needs --manifest");
   if (batch.progress_as_json && batch.report == "-")
     return wrong_usage("--progress json and --report - cannot both write to stdout");
-  if (!batch.staging.fetch_output.empty() && batch.staging.store.empty() && batch.verb != BatchVerb::kCompare)
+  if (!batch.staging.fetch_output.empty() && batch.staging.store.empty() && batch.verb != BatchVerb::kDiff)
     return wrong_usage("--fetch-output needs --store");
   if (batch.prune && (!batch.manifest.empty() || batch.shard || batch.staging.any() || !batch.report.empty()))
     return wrong_usage(

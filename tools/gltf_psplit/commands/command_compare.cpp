@@ -1,5 +1,4 @@
 // gltf-psplit compare: measures bytes and milliseconds of patches, stock Draco and meshoptimizer in one run.
-// With two assets, tells whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -12,8 +11,6 @@
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
-#include "tools/gltf_psplit/diff/compared_asset.h"
-#include "tools/gltf_psplit/diff/sameness.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
@@ -36,7 +33,6 @@ struct CompareArguments {
   BackendChoice backend;
   std::vector<uint64_t> patch_counts;
   ComparisonOptions options;
-  SamenessOptions sameness;
   bool wide = false, condense = false;
 };
 
@@ -209,50 +205,27 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
       ->type_name("A,B,C");
 }
 
-// The rivals need libdraco, and whole meshes.
-Status check_rivals(const CompareArguments& arguments) {
-  if (!has_draco())
-    return unsupported(
-        "compare with one file measures libdraco, and this psplit was built without it "
-        "(PSPLIT_WITH_DRACO=OFF). To compare two files works");
-  if (arguments.sameness.memory.bytes == 0) return {};
-  const MemoryLimit limit = memory_limit(arguments.sameness.memory);
-  if (limit.allows(estimate_mesh_bytes(arguments.input, limit))) return {};
-  return unsupported("stock Draco and meshoptimizer need the whole mesh, which takes more than --memory allows",
-                     {.file = arguments.input});
-}
-
 }  // namespace
 
 void add_compare_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App& command = *app.add_subcommand(
-      "compare",
-      "Measure patches, stock Draco and meshoptimizer on the same meshes; or, with two assets, "
-      "tell whether both hold the same meshes");
+  CLI::App& command =
+      *app.add_subcommand("compare", "Measure patches, stock Draco and meshoptimizer on the same meshes");
   command
       .add_option(
           "IN", arguments->input,
           "The input: an uncompressed .gltf or .glb file, or a .drc, .ply, .obj, .stl or .off file, optionally "
           "gzipped; - reads stdin")
       ->required();
-  add_sameness_options(command, arguments->sameness);
   add_measuring_options(command, arguments->patch_counts, arguments->options);
   command.add_flag("--condense", arguments->condense, "Also measure each patch count with condensed patches");
   add_format_option(command, arguments->format, {"text", "json", "html"});
-  command.get_option("--format")
-      ->description("Format of the result. html is a page with charts, for one file only");
+  command.get_option("--format")->description("Format of the result. html is a page with charts");
   add_text_output_option(command, arguments->output);
   add_wide_option(command, arguments->wide);
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding, false);
   add_partition_options(command, arguments->options.coding);
-  // The options for measurements have no meaning for two assets.
-  for (const char* name :
-       {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless", "--quantize-position",
-        "--quantize-normal", "--quantize-texcoord", "--quantize-color", "--quantize-generic", "--distance",
-        "--no-refine", "--condense", "--encoder"})
-    command.get_option("B")->excludes(command.get_option(name));
   group_encode_options(command);
   command.get_option("--condense")->group("Patches");
   add_examples(
@@ -260,18 +233,14 @@ void add_compare_command(CLI::App& app, Action& action) {
       {{"gltf-psplit compare dragon.ply", "measure bytes and times of patches, stock Draco and meshoptimizer"},
        {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide",
         "measure these patch counts; show all columns"},
-       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "write a page with charts"},
-       {"gltf-psplit compare dragon.ply dragon.glb",
-        "test whether both hold the same mesh; exit with 7 if not"}});
+       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "write a page with charts"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) -> Status {
       if (Status status = check_output_place(arguments->output, session.force); !status.ok()) return status;
-      if (arguments->sameness.second.empty()) {
-        Status status = check_rivals(*arguments);
-        return status.ok() ? run_compare(*arguments, session) : std::move(status);
-      }
-      return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
-                          arguments->backend, session);
+      if (!has_draco())
+        return unsupported(
+            "compare measures libdraco, and this psplit was built without it (PSPLIT_WITH_DRACO=OFF)");
+      return run_compare(*arguments, session);
     };
   });
 }

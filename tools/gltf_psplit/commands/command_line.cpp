@@ -125,7 +125,10 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   if (!unknown_words) return error.what();
   const std::vector<CLI::App*> parsed = app.get_subcommands();
   const CLI::App& command = parsed_command(app);
-  for (const std::string& word : app.remaining(/*recurse=*/true)) {
+  const std::vector<std::string> words = app.remaining(/*recurse=*/true);
+  if (command.get_name() == "compare" && !words.empty() && !words.front().starts_with('-'))
+    return "compare measures one file; `gltf-psplit diff A B` tells whether two files hold the same meshes";
+  for (const std::string& word : words) {
     if (!word.starts_with('-') || word == "-" || word == "--") continue;
     const std::string name = word.substr(0, word.find('='));
     return "unknown option: " + name + suggestion(name, options_of(command));
@@ -196,6 +199,7 @@ void add_commands(CLI::App& app, Action& action) {
   add_inspect_command(app, action);
   add_validate_command(app, action);
   add_compare_command(app, action);
+  add_diff_command(app, action);
   add_generate_command(app, action);
   add_completion_command(app, action);
   add_help_command(app, action);

@@ -26,6 +26,7 @@ void add_expand_command(CLI::App& app, Action& action);
 void add_inspect_command(CLI::App& app, Action& action);
 void add_validate_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
+void add_diff_command(CLI::App& app, Action& action);
 void add_generate_command(CLI::App& app, Action& action);
 
 }  // namespace psplit

@@ -304,7 +304,7 @@ void add_origin_option(CLI::App& command, OriginChoice& origin) {
           "What is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation of "
           "their nodes: none, or X,Y,Z. By default whole numbers near the centre, where floats would lose "
           "more than half a step of the grid of the file's doubles or decimals, as far from the origin of a "
-          "map projection; compare and decode count them in again")
+          "map projection; diff and decode count them in again")
       ->check([](const std::string& text) {
         return parse_origin(text) ? std::string() : text + " is neither none nor X,Y,Z";
       })

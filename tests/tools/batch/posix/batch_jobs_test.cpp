@@ -189,7 +189,7 @@ TEST_F(BatchJobs, ValidatesDecodesAndCompares) {
   generate_many(3);
   ASSERT_EQ(shell("$P batch 'in/*' -o out -q"), 0) << err_;
   for (const char* expected : {"compared", "up to date"}) {
-    ASSERT_EQ(shell("$P batch 'in/*' -o out --command compare --progress json -q"), 0) << err_;
+    ASSERT_EQ(shell("$P batch 'in/*' -o out --command diff --progress json -q"), 0) << err_;
     EXPECT_EQ(count(progress(), expected), 3u) << out_;
   }
   for (const char* expected : {"validated", "up to date"}) {
@@ -202,7 +202,7 @@ TEST_F(BatchJobs, ValidatesDecodesAndCompares) {
   EXPECT_EQ(read_bytes(path("plain/0.glb")), read_bytes(path("alone.glb")));
   // An output that holds another mesh.
   generate("in/1.glb", "500", "9");
-  EXPECT_EQ(shell("$P batch 'in/*' -o out --command compare --progress json -q"), 7);
+  EXPECT_EQ(shell("$P batch 'in/*' -o out --command diff --progress json -q"), 7);
   EXPECT_EQ(progress()["in/1.glb"], "failed");
   EXPECT_EQ(count(progress(), "up to date"), 2u);
 }

@@ -87,7 +87,7 @@ TEST_F(EncodeLargeMemory, StaysBelowTheSizeAndEncodesTheSameMesh) {
                      "--report", path("report.json")});
   ASSERT_EQ(child.wait(&peak), 0);
   expect_small(peak);
-  must_run({"compare", path("whole.glb"), path("out.gltf")});
+  must_run({"diff", path("whole.glb"), path("out.gltf")});
   must_run({"validate", path("out.gltf"), "-q"});
   const auto report = read_json("report.json");
   EXPECT_TRUE(report.at("verified").get<bool>());
@@ -110,7 +110,7 @@ TEST_F(EncodeMemory, SaysTheTemporarySpaceAndReadsStdin) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "of temporary space in " + path("")));
   must_run({"encode", scan, path("a.glb"), "-q"});
-  must_run({"compare", path("a.glb"), path("b.glb")});
+  must_run({"diff", path("a.glb"), path("b.glb")});
 }
 
 // What is read from a pipe is the same as from a file.
@@ -128,7 +128,7 @@ TEST_F(EncodeMemory, ReadsAllFormatsFromStdin) {
     const CommandOutcome piped = run_command_on(
         path(name), {"encode", "-", path("piped.glb"), "--always-patches", "--memory", "1GB", "-q"});
     ASSERT_EQ(piped.code, 0) << name << piped.err;
-    must_run({"compare", path("whole.glb"), path("piped.glb")});
+    must_run({"diff", path("whole.glb"), path("piped.glb")});
     EXPECT_EQ(file_count(), files + 2);
   }
 }
@@ -170,7 +170,7 @@ TEST_F(EncodeLargeMemory, StayingBelowTheSizeForAPipedGlbTakesLong) {
   const Child child({"sh", "-c", "cat \"$1\" | exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2",
                      command_file(), large("scan.glb"), path("out.glb")});
   ASSERT_EQ(child.wait(), 0);
-  must_run({"compare", path("whole.glb"), path("out.glb")});
+  must_run({"diff", path("whole.glb"), path("out.glb")});
   const Child direct({"sh", "-c", "exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2 < \"$1\"",
                       command_file(), large("scan.glb"), path("out.glb")});
   ASSERT_EQ(direct.wait(&peak), 0);
@@ -189,7 +189,7 @@ TEST_F(EncodeMemory, OtherCommandsPutPipesIntoTemporaryFilesToo) {
   on_stdin({"decode", "-", path("d.glb"), "-q"});
   EXPECT_EQ(read_bytes(path("c.glb")), read_bytes(path("d.glb")));
   on_stdin({"validate", "-"});
-  on_stdin({"compare", "-", path("a.glb")});
+  on_stdin({"diff", "-", path("a.glb")});
   EXPECT_EQ(file_count(), 4u);
   write("broken", "glTF");
   EXPECT_EQ(run_command_on(path("broken"), {"validate", "-", "--memory", "1kB"}).code, 3);
@@ -234,7 +234,7 @@ TEST_F(EncodeLargeMemory, EveryOptionOnAMeshThatDoesNotFitTakesLong) {
     const Child child(words);
     ASSERT_EQ(child.wait(&peak), 0) << options[0];
     expect_small(peak);
-    must_run({"compare", scan, path("a.gltf"), "-q"});
+    must_run({"diff", scan, path("a.gltf"), "-q"});
     must_run({"validate", path("a.gltf"), "-q"});
   }
 }

@@ -50,7 +50,7 @@ TEST_F(Signals, EndEveryVerbWithTheCodeOfWhatMayPass) {
   std::vector<std::vector<std::string>> commands = {
       {"encode", pipe, out}, {"decode", pipe, out},
       {"expand", pipe, out}, {"inspect", pipe},
-      {"validate", pipe},    {"compare", pipe, path("a.glb")},
+      {"validate", pipe},    {"diff", pipe, path("a.glb")},
       {"compare", pipe},     {"encode", pipe, out, "--memory", "1GB"},
   };
   if (!has_draco()) std::erase(commands, std::vector<std::string>{"compare", pipe});

@@ -90,8 +90,8 @@ TEST_F(UserFiles, ReportsAndPicturesReplaceNoInput) {
     EXPECT_EQ(run({"batch", path("in/a.gltf"), "--out-dir", path("out2"), "--report", path(file)}), 1) << file;
     EXPECT_TRUE(run({"compare", path("in/a.gltf"), "--repeat", "1", "-o", path(file)}) == 1 || lacks_library())
         << file;
-    EXPECT_EQ(run({"compare", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;
-    EXPECT_EQ(run({"compare", path("out/b.gltf"), path("in/a.gltf"), "-o", path(file)}), 1) << file;
+    EXPECT_EQ(run({"diff", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;
+    EXPECT_EQ(run({"diff", path("out/b.gltf"), path("in/a.gltf"), "-o", path(file)}), 1) << file;
   }
   for (const std::string file : {"out/../out/c.glb", "out/x.png"})
     EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--images", "copy", "--report", path(file)}),
@@ -150,7 +150,7 @@ TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {
       {"inspect", path("in/b.glb"), "-o", path("out.txt")},
       {"inspect", path("in/b.glb"), "--preview", path("out.png"), "--preview-size", "16"},
       {"validate", path("in/b.glb"), "-o", path("out.txt")},
-      {"compare", path("in/a.gltf"), path("in/b.glb"), "-o", path("out.txt")},
+      {"diff", path("in/a.gltf"), path("in/b.glb"), "-o", path("out.txt")},
       {"completion", "bash", "-o", path("out.txt")},
       {"batch", "plan", path("in/a.gltf"), "--out-dir", path("d"), "-o", path("out.jsonl")}};
   for (std::vector<std::string> words : commands) {
@@ -236,7 +236,7 @@ TEST_F(UserFiles, AFallbackIsABinaryOfItsOwn) {
   must_run({"decode", path("b.gltf"), path("c.gltf"), "-q"});
   EXPECT_EQ(json("c.gltf")["buffers"].size(), 1u);
   must_run({"encode", path("in/a.gltf"), path("b.glb"), "-q", "--fallback", "uncompressed"});
-  must_run({"compare", path("b.glb"), path("b.gltf"), "--tolerance", "0", "-q"});
+  must_run({"diff", path("b.glb"), path("b.gltf"), "--tolerance", "0", "-q"});
 }
 
 void collect_places(const Json& tree, const Json::json_pointer& at, std::vector<Json::json_pointer>& places) {

@@ -1,4 +1,4 @@
-// gltf-psplit compare A B: exit codes, messages, and the fields of its JSON.
+// gltf-psplit diff: exit codes, messages, and the fields of its JSON.
 
 #include <algorithm>
 #include <cstring>
@@ -16,10 +16,10 @@
 namespace psplit {
 namespace {
 
-class Sameness : public CommandTest {
+class DiffCommand : public CommandTest {
  protected:
-  int compare(const std::string& a, const std::string& b, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words{"compare", path(a), path(b)};
+  int diff(const std::string& a, const std::string& b, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"diff", path(a), path(b)};
     words.insert(words.end(), more.begin(), more.end());
     return run(words);
   }
@@ -48,83 +48,83 @@ class Sameness : public CommandTest {
   ptrdiff_t around_ = 0;
 };
 
-TEST_F(Sameness, WhatTheCommandWritesIsTheSameInOneLine) {
+TEST_F(DiffCommand, WhatTheCommandWritesIsTheSameInOneLine) {
   must_run({"decode", path("split.glb"), path("decoded.glb"), "-q"});
   must_run({"encode", path("plain.glb"), path("khr.glb"), "--compat", "khr", "--patches", "5", "-q"});
   must_run({"decode", path("plain.glb"), path("stock.glb"), "--to", "draco", "-q"});
-  EXPECT_EQ(compare("plain.glb", "split.glb"), 0) << out_;
+  EXPECT_EQ(diff("plain.glb", "split.glb"), 0) << out_;
   EXPECT_EQ(out_.find("same: 3,"), 0u) << out_;
   EXPECT_TRUE(contains(out_, "largest difference NORMAL "));
   EXPECT_TRUE(contains(out_, "POSITION "));
   EXPECT_EQ(std::ranges::count(out_, '\n'), 1);
   EXPECT_EQ(err_, "");
-  EXPECT_EQ(compare("split.glb", "plain.glb"), 0) << out_;
-  EXPECT_EQ(compare("split.glb", "decoded.glb", {"--tolerance", "0"}), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "plain.glb"), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "decoded.glb", {"--tolerance", "0"}), 0) << out_;
   EXPECT_TRUE(contains(out_, "every value equal"));
-  EXPECT_EQ(compare("split.glb", "stock.glb"), 0) << out_;
-  EXPECT_EQ(compare("plain.glb", "khr.glb"), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "stock.glb"), 0) << out_;
+  EXPECT_EQ(diff("plain.glb", "khr.glb"), 0) << out_;
   EXPECT_TRUE(contains(out_, "in 1 primitive and 5"));
   EXPECT_TRUE(contains(err_, "compared as wholes"));
-  EXPECT_EQ(compare("plain.glb", "khr.glb", {"-q"}), 0);
+  EXPECT_EQ(diff("plain.glb", "khr.glb", {"-q"}), 0);
   EXPECT_EQ(err_, "");
-  EXPECT_EQ(compare("split.glb", "khr.glb", {"--tolerance", "0"}), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "khr.glb", {"--tolerance", "0"}), 0) << out_;
 }
 
-TEST_F(Sameness, DifferencesHaveAnExitCodeAndAPlace) {
+TEST_F(DiffCommand, DifferencesHaveAnExitCodeAndAPlace) {
   move_point("moved.glb", 100, 0.25f);
-  EXPECT_EQ(compare("plain.glb", "moved.glb"), 7);
+  EXPECT_EQ(diff("plain.glb", "moved.glb"), 7);
   EXPECT_EQ(out_.find("differs: " + path("plain.glb") + ": mesh 0, primitive 0, face "), 0u) << out_;
   for (const std::string& text : {std::string(", corner "), std::string(": POSITION is ("),
                                   "without counterpart: " + std::to_string(around_) + " of "})
     EXPECT_TRUE(contains(out_, text)) << text << " in " << out_;
   EXPECT_TRUE(contains(err_, "do not hold the same meshes"));
-  EXPECT_EQ(compare("split.glb", "moved.glb"), 7);
-  EXPECT_EQ(compare("plain.glb", "moved.glb", {"--tolerance", "NORMAL=0,POSITION=0.5"}), 0);
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "0"}), 7);
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "POSITION=1e-4"}), 0);
+  EXPECT_EQ(diff("split.glb", "moved.glb"), 7);
+  EXPECT_EQ(diff("plain.glb", "moved.glb", {"--tolerance", "NORMAL=0,POSITION=0.5"}), 0);
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--tolerance", "0"}), 7);
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--tolerance", "POSITION=1e-4"}), 0);
 }
 
-TEST_F(Sameness, NamesOfAttributesAreChecked) {
+TEST_F(DiffCommand, NamesOfAttributesAreChecked) {
   move_point("moved.glb", 100, 0.25f);
   for (const std::string name : {"NORMALS", "FOO", "TEXCOORD", "TEXCOORD_", "COLOR_x", "NORMAL_0"}) {
-    EXPECT_EQ(compare("plain.glb", "split.glb", {"--attributes", name}), 1) << name;
-    EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", name + "=0.1"}), 1) << name;
+    EXPECT_EQ(diff("plain.glb", "split.glb", {"--attributes", name}), 1) << name;
+    EXPECT_EQ(diff("plain.glb", "split.glb", {"--tolerance", name + "=0.1"}), 1) << name;
     EXPECT_TRUE(contains(err_, name)) << err_;
   }
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--attributes", "NORMAL,_AREA,TEXCOORD_0"}), 0);
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--attributes", "NORMAL,_AREA,TEXCOORD_0"}), 0);
   EXPECT_TRUE(contains(err_, "neither file has TEXCOORD_0")) << err_;
   EXPECT_TRUE(contains(err_, "neither file has _AREA"));
   EXPECT_FALSE(contains(err_, "neither file has NORMAL"));
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "COLOR_0=0.1"}), 0);
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--tolerance", "COLOR_0=0.1"}), 0);
   EXPECT_TRUE(contains(err_, "neither file has COLOR_0"));
 }
 
-TEST_F(Sameness, WhereGridsAreMissingToleranceIsNamed) {
+TEST_F(DiffCommand, WhereGridsAreMissingToleranceIsNamed) {
   must_run({"decode", path("split.glb"), path("decoded.glb"), "-q"});
-  EXPECT_EQ(compare("plain.glb", "decoded.glb"), 7);
+  EXPECT_EQ(diff("plain.glb", "decoded.glb"), 7);
   EXPECT_TRUE(contains(err_, "neither file declares a quantization grid")) << err_;
-  EXPECT_EQ(compare("plain.glb", "decoded.glb", {"--tolerance", "0"}), 7);
+  EXPECT_EQ(diff("plain.glb", "decoded.glb", {"--tolerance", "0"}), 7);
   EXPECT_FALSE(contains(err_, "quantization grid"));
-  EXPECT_EQ(compare("plain.glb", "decoded.glb", {"--tolerance", "0.01"}), 0);
+  EXPECT_EQ(diff("plain.glb", "decoded.glb", {"--tolerance", "0.01"}), 0);
 }
 
-TEST_F(Sameness, ScenesAreComparedWhereTheirNodesAre) {
+TEST_F(DiffCommand, ScenesAreComparedWhereTheirNodesAre) {
   Document document = must(read_document(path("plain.glb")));
   document.json()["nodes"][0]["translation"] = {0, 0, 1};
   ASSERT_TRUE(write_document(document, path("raised.glb")).ok());
-  EXPECT_EQ(compare("split.glb", "raised.glb"), 0) << out_;
-  EXPECT_EQ(compare("split.glb", "raised.glb", {"--scene"}), 7) << out_;
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--scene"}), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "raised.glb"), 0) << out_;
+  EXPECT_EQ(diff("split.glb", "raised.glb", {"--scene"}), 7) << out_;
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--scene"}), 0) << out_;
 }
 
 // With little memory the answer is the same, word for word.
-class SamenessWithLittleMemory : public Sameness {
+class SamenessWithLittleMemory : public DiffCommand {
  protected:
   int compare_twice(const std::string& a, const std::string& b, std::vector<std::string> more = {}) {
-    const int code = compare(a, b, more);
+    const int code = diff(a, b, more);
     const std::string text = out_;
     more.insert(more.end(), {"--memory", "1kB"});
-    EXPECT_EQ(compare(a, b, more), code) << a << " " << b << ": " << text << err_;
+    EXPECT_EQ(diff(a, b, more), code) << a << " " << b << ": " << text << err_;
     EXPECT_EQ(out_, text) << a << " " << b;
     return code;
   }
@@ -151,7 +151,7 @@ TEST_F(SamenessWithLittleMemory, FilesOfAllKindsAreCompared) {
   EXPECT_EQ(compare_twice("plain.glb", "decoded.glb"), 7) << out_;
   EXPECT_EQ(compare_twice("plain.glb", "split.glb", {"--tolerance", "0"}), 7);
   EXPECT_EQ(compare_twice("plain.glb", "split.glb", {"--tolerance", "1e-2"}), 0);
-  EXPECT_EQ(compare("plain.glb", "split.glb", {"--memory", "1kB", "--scene"}), 1);
+  EXPECT_EQ(diff("plain.glb", "split.glb", {"--memory", "1kB", "--scene"}), 1);
 
   move_point("moved.glb", 100, 0.25f);
   EXPECT_EQ(compare_twice("plain.glb", "moved.glb"), 7);
@@ -234,7 +234,7 @@ TEST_F(SamenessWithLittleMemory, MaterialsOrderAndKindsOfPrimitivesCount) {
   EXPECT_EQ(compare_twice("mixed.glb", "swapped.glb"), 7) << out_;
 }
 
-TEST_F(Sameness, WithLittleMemoryTheResultReplacesNoFileOfAnInput) {
+TEST_F(DiffCommand, WithLittleMemoryTheResultReplacesNoFileOfAnInput) {
   must_run({"decode", path("plain.glb"), path("plain.gltf"), "-q"});
   std::string binary;
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
@@ -242,14 +242,14 @@ TEST_F(Sameness, WithLittleMemoryTheResultReplacesNoFileOfAnInput) {
   ASSERT_FALSE(binary.empty());
   const std::string before = read_bytes(path(binary));
   for (const auto& [a, b] : {std::pair("plain.gltf", "plain.glb"), std::pair("plain.glb", "plain.gltf")}) {
-    EXPECT_EQ(compare(a, b, {"--memory", "1kB", "--output", path(binary)}), 1) << out_;
+    EXPECT_EQ(diff(a, b, {"--memory", "1kB", "--output", path(binary)}), 1) << out_;
     EXPECT_TRUE(contains(err_, "--output would replace"));
   }
   EXPECT_EQ(read_bytes(path(binary)), before);
 }
 
 // Facets whose normals have no direction or another length are repaired as for encoding.
-TEST_F(Sameness, WithLittleMemoryNormalsOfFacetsAreRepaired) {
+TEST_F(DiffCommand, WithLittleMemoryNormalsOfFacetsAreRepaired) {
   std::vector<StlFacet> facets;
   for (uint32_t i = 0; i < 40; ++i) {
     const auto x = static_cast<float>(i);
@@ -257,12 +257,12 @@ TEST_F(Sameness, WithLittleMemoryNormalsOfFacetsAreRepaired) {
   }
   write("a.stl", binary_stl(facets));
   must_run({"encode", path("a.stl"), path("a.glb"), "--always-patches", "-q"});
-  EXPECT_EQ(compare("a.stl", "a.glb"), 0) << out_;
-  EXPECT_EQ(compare("a.stl", "a.glb", {"--memory", "1kB"}), 0) << out_ << err_;
+  EXPECT_EQ(diff("a.stl", "a.glb"), 0) << out_;
+  EXPECT_EQ(diff("a.stl", "a.glb", {"--memory", "1kB"}), 0) << out_ << err_;
 }
 
-TEST_F(Sameness, JsonSaysTheSame) {
-  ASSERT_EQ(compare("plain.glb", "split.glb", {"--format", "json"}), 0);
+TEST_F(DiffCommand, JsonSaysTheSame) {
+  ASSERT_EQ(diff("plain.glb", "split.glb", {"--format", "json"}), 0);
   const auto json = nlohmann::json::parse(out_);
   EXPECT_EQ(json.at("same"), true);
   EXPECT_EQ(json.at("first_difference"), nullptr);
@@ -275,7 +275,7 @@ TEST_F(Sameness, JsonSaysTheSame) {
   }
 
   move_point("moved.glb", 100, 0.25f);
-  ASSERT_EQ(compare("plain.glb", "moved.glb", {"--format", "json", "--attributes", "NORMAL"}), 7);
+  ASSERT_EQ(diff("plain.glb", "moved.glb", {"--format", "json", "--attributes", "NORMAL"}), 7);
   const auto differs = nlohmann::json::parse(out_);
   EXPECT_EQ(differs.at("same"), false);
   const auto& first = differs.at("first_difference");
@@ -286,11 +286,11 @@ TEST_F(Sameness, JsonSaysTheSame) {
   EXPECT_EQ(differs.at("a").at("without_counterpart"), around_);
 }
 
-TEST_F(Sameness, FilesThatDoNotReadAndOptionsThatDoNotFitAreErrors) {
-  EXPECT_EQ(compare("plain.glb", "missing.glb"), 2);
+TEST_F(DiffCommand, FilesThatDoNotReadAndOptionsThatDoNotFitAreErrors) {
+  EXPECT_EQ(diff("plain.glb", "missing.glb"), 2);
   EXPECT_TRUE(contains(err_, "missing.glb"));
   std::ofstream(path("broken.glb")) << "glTF";
-  EXPECT_EQ(compare("plain.glb", "broken.glb"), 3);
+  EXPECT_EQ(diff("plain.glb", "broken.glb"), 3);
   for (const std::vector<std::string>& more :
        std::vector<std::vector<std::string>>{{"--tolerance", "-1"},
                                              {"--tolerance", "2"},
@@ -299,9 +299,9 @@ TEST_F(Sameness, FilesThatDoNotReadAndOptionsThatDoNotFitAreErrors) {
                                              {"--tolerance", "nan"},
                                              {"--patches", "3"},
                                              {"--quantize-position", "12"}})
-    EXPECT_EQ(compare("plain.glb", "split.glb", more), 1) << more[0] << " " << more[1];
-  EXPECT_EQ(run({"compare", path("plain.glb"), "--tolerance", "0"}), 1);
-  EXPECT_EQ(run({"compare", "-", "-"}), 1);
+    EXPECT_EQ(diff("plain.glb", "split.glb", more), 1) << more[0] << " " << more[1];
+  EXPECT_EQ(run({"diff", path("plain.glb"), "--tolerance", "0"}), 1);
+  EXPECT_EQ(run({"diff", "-", "-"}), 1);
 }
 
 }  // namespace

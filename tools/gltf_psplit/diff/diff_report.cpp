@@ -1,6 +1,7 @@
+#include "tools/gltf_psplit/diff/diff_report.h"
+
 #include <cstdio>
 
-#include "tools/gltf_psplit/diff/sameness.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

@@ -1,20 +1,25 @@
-#include "tools/gltf_psplit/diff/sameness.h"
-
+// gltf-psplit diff: tells whether two assets hold the same meshes, and where they first differ.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
 
 #include "system/float_text.h"
 #include "system/operating_system.h"
+#include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/diff/column_limits.h"
 #include "tools/gltf_psplit/diff/compare_assets.h"
 #include "tools/gltf_psplit/diff/compared_asset.h"
+#include "tools/gltf_psplit/diff/diff_report.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/file_options.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -22,6 +27,14 @@
 
 namespace psplit {
 namespace {
+
+struct DiffArguments {
+  std::string inputs[2], output = "-", format = "text";
+  BackendChoice backend;
+  std::vector<std::string> tolerances, attributes;
+  bool scene = false;  // compare meshes at the places where nodes put them
+  MemoryChoice memory;
+};
 
 // Whether it is a name of glTF's.
 bool is_attribute_name(std::string_view name) {
@@ -148,69 +161,30 @@ Status place_scenes(std::array<ComparedAsset, 2>& assets, const std::string (&in
   return {};
 }
 
-}  // namespace
-
-void add_sameness_options(CLI::App& command, SamenessOptions& options) {
-  CLI::Option* second = command.add_option(
-      "B", options.second,
-      "A second asset. Tells whether IN and B hold the same meshes, up to order and quantization; both may "
-      "be compressed. Exits with 7 if they differ. Nodes are ignored without --scene, but for the origins "
-      "of a PLY, OBJ, STL or OFF, and translations beside one");
-  command
-      .add_option("--tolerance", options.tolerances,
-                  "How much values may differ, as a share of the attribute's extent; 0: they must be equal. "
-                  "Default: as much as the quantization grids that the files declare allow")
-      ->check([](const std::string& text) {
-        return std::string(parse_tolerance(text) ? ""
-                                                 : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
-      })
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->needs(second)
-      ->type_name("[NAME=]SHARE,...");
-  command
-      .add_option("--attributes", options.attributes,
-                  "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->needs(second)
-      ->type_name("NAME,...");
-  command
-      .add_flag("--scene", options.scene,
-                "Compare the default scenes as wholes: all meshes at the places where nodes put them, however "
-                "they are divided, without morph targets. For assets of tools that quantize positions and "
-                "adjust nodes")
-      ->needs(second);
-  add_memory_options(
-      command, options.memory,
-      "Two assets that need more are in temporary files of their size, and are compared part by part.");
-}
-
-Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
-                    const std::string& output, const BackendChoice& backend, const Session& session) {
+Status run_diff(const DiffArguments& arguments, const Session& session) {
+  const std::string(&inputs)[2] = arguments.inputs;
   CompareRules rules;
-  rules.attributes = options.attributes;
-  for (const std::string& text : options.tolerances)
+  rules.attributes = arguments.attributes;
+  for (const std::string& text : arguments.tolerances)
     if (const auto tolerance = parse_tolerance(text)) rules.tolerances[tolerance->attribute] = tolerance->share;
-  if (format == "html") return wrong_usage("html is for one file; two files are compared as text or json");
-  if (first == "-" && options.second == "-") return wrong_usage("stdin (-) can be only one of the two files");
-  const MemoryLimit limit = memory_limit(options.memory);
-  const bool fits =
-      limit.allows(estimate_mesh_bytes(first, limit) + estimate_mesh_bytes(options.second, limit));
-  if (!fits && options.scene)
+  if (inputs[0] == "-" && inputs[1] == "-") return wrong_usage("stdin (-) can be only one of the two files");
+  const MemoryLimit limit = memory_limit(arguments.memory);
+  const bool fits = limit.allows(estimate_mesh_bytes(inputs[0], limit) + estimate_mesh_bytes(inputs[1], limit));
+  if (!fits && arguments.scene)
     return wrong_usage("--scene needs both assets in memory, which is more than --memory allows");
-  const std::string inputs[] = {first, options.second};
-  if (Status status = check_not_an_input(output, "--output", inputs); !status.ok()) return status;
-  Expected<std::array<ComparedAsset, 2>> assets = read_both(inputs, backend, fits ? nullptr : &limit, session);
+  if (Status status = check_not_an_input(arguments.output, "--output", inputs); !status.ok()) return status;
+  Expected<std::array<ComparedAsset, 2>> assets =
+      read_both(inputs, arguments.backend, fits ? nullptr : &limit, session);
   if (!assets) return assets.status();
   for (const size_t side : {0u, 1u}) {
     for (const std::string& warning : (*assets)[side].warnings)
       session.log.warning(inputs[side] + ": " + warning);
-    if (Status status = check_not_an_input(output, "--output", (*assets)[side].document); !status.ok())
+    if (Status status = check_not_an_input(arguments.output, "--output", (*assets)[side].document);
+        !status.ok())
       return status;
   }
   limit_grids(*assets);
-  if (options.scene) {
+  if (arguments.scene) {
     if (Status status = place_scenes(*assets, inputs); !status.ok()) return status;
   } else {
     count_origins(*assets);
@@ -222,10 +196,10 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     return compare_assets(meshes[0], meshes[1], rules, {session.pool, fits ? 0 : limit.bytes});
   }();
   if (!comparison) return comparison.status();
-  const std::string text =
-      format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
-  if (Status status = write_text(output, text, session.if_read_only()); !status.ok()) return status;
-  log_what_is_not_compared(*comparison, first, options.second, session.log);
+  const std::string text = arguments.format == "json" ? report_text(to_json(*comparison))
+                                                      : to_text(*comparison, inputs[0], inputs[1]);
+  if (Status status = write_text(arguments.output, text, session.if_read_only()); !status.ok()) return status;
+  log_what_is_not_compared(*comparison, inputs[0], inputs[1], session.log);
   if (comparison->same()) return {};
   const bool has_grids = std::ranges::any_of(meshes, [](const AssetMeshes& side) {
     return std::ranges::any_of(side.primitives, [](const AssetPrimitive& p) { return !p.grids.empty(); });
@@ -234,7 +208,66 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     session.log.note(
         "neither file declares a quantization grid, as a decoded file does not, so values must be equal; "
         "--tolerance lets them differ");
-  return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
+  return {StatusCode::kDiffers, inputs[0] + " and " + inputs[1] + " do not hold the same meshes"};
+}
+
+}  // namespace
+
+void add_diff_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<DiffArguments>();
+  CLI::App& command = *app.add_subcommand(
+      "diff",
+      "Tell whether two assets hold the same meshes, up to order and quantization, and where they differ if "
+      "not; exits with 7 then");
+  command
+      .add_option(
+          "A", arguments->inputs[0],
+          "The first asset: a .gltf or .glb file, compressed or not, or a .drc, .ply, .obj, .stl or .off "
+          "file, optionally gzipped; - reads stdin")
+      ->required();
+  command
+      .add_option("B", arguments->inputs[1],
+                  "The second asset. Nodes are ignored without --scene, but for the origins of a PLY, OBJ, STL "
+                  "or OFF, and translations beside one")
+      ->required();
+  command
+      .add_option("--tolerance", arguments->tolerances,
+                  "How much values may differ, as a share of the attribute's extent; 0: they must be equal. "
+                  "Default: as much as the quantization grids that the files declare allow")
+      ->check([](const std::string& text) {
+        return std::string(parse_tolerance(text) ? ""
+                                                 : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
+      })
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("[NAME=]SHARE,...");
+  command
+      .add_option("--attributes", arguments->attributes,
+                  "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME,...");
+  command.add_flag(
+      "--scene", arguments->scene,
+      "Compare the default scenes as wholes: all meshes at the places where nodes put them, however "
+      "they are divided, without morph targets. For assets of tools that quantize positions and "
+      "adjust nodes");
+  add_memory_options(
+      command, arguments->memory,
+      "Two assets that need more are in temporary files of their size, and are compared part by part.");
+  add_format_option(command, arguments->format);
+  add_text_output_option(command, arguments->output);
+  add_backend_options(command, arguments->backend);
+  add_examples(command, {{"gltf-psplit diff dragon.ply dragon.glb",
+                          "test whether the file that encode wrote holds the mesh; exit with 7 if not"},
+                         {"gltf-psplit diff dragon.ply decoded.ply --tolerance 1e-4",
+                          "let values differ by a ten-thousandth of the mesh's extent"}});
+  command.callback([arguments, &action] {
+    action = [arguments](const Session& session) -> Status {
+      if (Status status = check_output_place(arguments->output, session.force); !status.ok()) return status;
+      return run_diff(*arguments, session);
+    };
+  });
 }
 
 }  // namespace psplit
