@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <new>
 #include <set>
-#include <stdexcept>
 
 #include "gltf_ext/primitive/accessors.h"
 #include "mesh_files/draco_file.h"
@@ -14,9 +12,9 @@
 #include "mesh_files/ply.h"
 #include "mesh_files/repair_values.h"
 #include "mesh_files/stl.h"
+#include "src/catch_exceptions.h"
 #include "system/files.h"
 #include "system/image_type.h"
-#include "system/io_error.h"
 #include "system/operating_system.h"
 #include "system/uri.h"
 
@@ -147,19 +145,14 @@ Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source,
                      FileAccess access, const MappedFile* mapped, const DecodePoints& decode_points,
                      const ThreadPool& pool, const OriginChoice& origin) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
-  try {
-    Expected<Asset> asset =
-        read_stream(std::move(stream), source, describe, access, mapped, decode_points, pool, origin);
-    if (!asset) return asset.status().at(place);
-    asset->document.source = source;
-    std::vector<fs::path>& files = asset->document.files;
-    if (source != "-" && std::ranges::find(files, source) == files.end()) files.push_back(source);
-    return asset;
-  } catch (const std::bad_alloc&) {
-    return may_pass("out of memory", place);
-  } catch (const std::length_error&) {
-    return runtime_failure("out of memory", place);
-  }
+  Expected<Asset> asset = catch_exceptions([&]() -> Expected<Asset> {
+    return read_stream(std::move(stream), source, describe, access, mapped, decode_points, pool, origin);
+  });
+  if (!asset) return asset.status().at(place);
+  asset->document.source = source;
+  std::vector<fs::path>& files = asset->document.files;
+  if (source != "-" && std::ranges::find(files, source) == files.end()) files.push_back(source);
+  return asset;
 }
 
 }  // namespace

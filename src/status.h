@@ -19,7 +19,8 @@ enum class StatusCode : uint8_t {
   kUnsupported,     // the input is valid, but uses what psplit does not support
   kCancelled,       // the caller stopped the work
   kDiffers,         // meshes that should be the same are not
-  kMayPass,         // the same call may succeed later: a full disk, no memory, a lock, an interruption
+  kOutOfMemory,     // the same call may succeed later, alone or with more memory
+  kMayPass,         // the same call may succeed later: a full disk, a lock, an interruption
 };
 
 // The place of an error. -1 and "" mean that a part is not known or does not apply.
@@ -74,6 +75,7 @@ inline constexpr StatusOf<StatusCode::kUsage> wrong_usage;
 inline constexpr StatusOf<StatusCode::kUnsupported> unsupported;
 inline constexpr StatusOf<StatusCode::kRuntimeFailure> runtime_failure;
 inline constexpr StatusOf<StatusCode::kIo> io_failure;
+inline constexpr StatusOf<StatusCode::kOutOfMemory> out_of_memory;
 inline Status cancelled() { return {StatusCode::kCancelled, "cancelled"}; }
 
 // A value, or the status that says why it could not be made.

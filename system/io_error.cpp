@@ -9,7 +9,7 @@ namespace psplit {
 namespace {
 
 constexpr std::array kPassing = {
-    ENOSPC, ENOMEM, EMFILE, ENFILE, EAGAIN, EINTR, EBUSY, EIO, ETIMEDOUT, ENOLCK,
+    ENOSPC, EMFILE, ENFILE, EAGAIN, EINTR, EBUSY, EIO, ETIMEDOUT, ENOLCK,
 #ifdef EDQUOT
     EDQUOT,
 #endif
@@ -19,6 +19,7 @@ constexpr std::array kPassing = {
 };
 
 StatusCode code_of(int error) {
+  if (error == ENOMEM) return StatusCode::kOutOfMemory;
   return std::ranges::find(kPassing, error) != kPassing.end() ? StatusCode::kMayPass : StatusCode::kIo;
 }
 

@@ -87,7 +87,7 @@ enum {
   PSPLIT_ERROR_FAILURE = 4,        // what should not fail failed
   PSPLIT_ERROR_UNSUPPORTED = 5,    // the input is valid, but uses what psplit does not support
   PSPLIT_ERROR_CANCELLED = 6,      // a psplit_stop was set
-  PSPLIT_ERROR_NO_MEMORY = 8       // the same call may succeed later
+  PSPLIT_ERROR_NO_MEMORY = 8       // memory ran out; the same call may succeed later
 };
 
 // The name of a code: "invalid input". Never NULL.

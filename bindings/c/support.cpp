@@ -14,10 +14,11 @@ psplit_code code_of(StatusCode code) {
     case StatusCode::kInvalidInput: return PSPLIT_ERROR_INVALID_INPUT;
     case StatusCode::kUnsupported: return PSPLIT_ERROR_UNSUPPORTED;
     case StatusCode::kCancelled: return PSPLIT_ERROR_CANCELLED;
-    case StatusCode::kMayPass: return PSPLIT_ERROR_NO_MEMORY;
-    // Nothing here reads files or compares meshes.
+    case StatusCode::kOutOfMemory: return PSPLIT_ERROR_NO_MEMORY;
+    // Nothing here uses files or compares meshes.
     case StatusCode::kIo:
     case StatusCode::kDiffers:
+    case StatusCode::kMayPass:
     case StatusCode::kRuntimeFailure: break;
   }
   return PSPLIT_ERROR_FAILURE;

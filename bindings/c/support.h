@@ -3,9 +3,7 @@
 
 #include <atomic>
 #include <cstring>
-#include <exception>
 #include <memory>
-#include <new>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "bindings/c/psplit.h"
+#include "src/catch_exceptions.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
@@ -98,15 +97,7 @@ psplit_code report_no_memory(psplit_error* error) noexcept;
 template <typename Body>
 psplit_code guarded(psplit_error* error, Body body) noexcept {
   try {
-    try {
-      return report(body(), error);
-    } catch (const std::bad_alloc&) {
-      return report_no_memory(error);
-    } catch (const std::exception& exception) {
-      return report(runtime_failure(exception.what()), error);
-    } catch (...) {
-      return report(runtime_failure("an unknown exception"), error);
-    }
+    return report(catch_exceptions(body), error);
   } catch (...) {  // no memory for a text
     return report_no_memory(error);
   }

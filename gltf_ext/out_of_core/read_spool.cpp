@@ -1,8 +1,6 @@
 #include "gltf_ext/out_of_core/read_spool.h"
 
 #include <algorithm>
-#include <new>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -10,7 +8,7 @@
 #include "mesh_files/obj.h"
 #include "mesh_files/ply.h"
 #include "mesh_files/stl.h"
-#include "system/io_error.h"
+#include "src/catch_exceptions.h"
 
 namespace psplit {
 namespace {
@@ -115,15 +113,10 @@ bool can_be_spooled(AssetFormat format) {
 Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
                            SpoolOptions options, const CheckSizes& check, const ThreadPool& pool) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
-  try {
-    Expected<Asset> asset = read(scanner, format, source, std::move(options), check, pool);
-    if (!asset) return asset.status().at(place);
-    return asset;
-  } catch (const std::bad_alloc&) {
-    return may_pass("out of memory", place);
-  } catch (const std::length_error&) {
-    return runtime_failure("out of memory", place);
-  }
+  Expected<Asset> asset =
+      catch_exceptions([&] { return read(scanner, format, source, std::move(options), check, pool); });
+  if (!asset) return asset.status().at(place);
+  return asset;
 }
 
 }  // namespace psplit

@@ -10,6 +10,7 @@ import numpy as np
 import psplit
 import pytest
 from conftest import encode_with_draco, expect_libdraco, torus
+from psplit import _errors
 
 POINTS, FACES, NORMALS, TEX_COORD = torus(20, 30)
 
@@ -287,3 +288,9 @@ def test_errors_pass_between_processes():
         psplit.decode(b"DRACO\x02\x01 and more bytes")
     again = pickle.loads(pickle.dumps(error.value))
     assert type(again) is type(error.value) and str(again) == str(error.value) and again.code == error.value.code
+
+
+def test_a_lack_of_memory_is_a_memory_error():
+    error = _errors.error_of("out_of_memory", "out of memory", None, 3, None)
+    assert isinstance(error, MemoryError) and isinstance(error, psplit.OutOfMemoryError)
+    assert pickle.loads(pickle.dumps(error)).code == "out_of_memory" and error.mesh == 3

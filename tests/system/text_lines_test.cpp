@@ -58,7 +58,7 @@ TEST(IoError, TellsWhatMayPass) {
   EXPECT_EQ(io_error("cannot write", ENOSPC, {.file = "x"}).to_string(),
             "x: cannot write: No space left on device");
   EXPECT_EQ(io_error("cannot write", ENOSPC).code(), StatusCode::kMayPass);
-  EXPECT_EQ(io_error("cannot write", ENOMEM).code(), StatusCode::kMayPass);
+  EXPECT_EQ(io_error("cannot map", ENOMEM).code(), StatusCode::kOutOfMemory);
   EXPECT_EQ(io_error("cannot open", ENOENT).code(), StatusCode::kIo);
   EXPECT_EQ(io_error("cannot open", EACCES).code(), StatusCode::kIo);
 }

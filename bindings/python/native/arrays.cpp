@@ -17,6 +17,7 @@ const char* code_name(StatusCode code) {
     case StatusCode::kUnsupported: return "unsupported";
     case StatusCode::kCancelled: return "cancelled";
     case StatusCode::kDiffers: return "differs";
+    case StatusCode::kOutOfMemory: return "out_of_memory";
     case StatusCode::kMayPass: return "may_pass";
   }
   return "ok";

@@ -9,12 +9,12 @@ parts of one. `encode` writes Draco streams, `encode_container` the patches of P
 from ._asset import Asset, AssetMesh, Instance, Primitive, load
 from ._decode import decode, decode_container, decode_many, decode_primitive, release_scratch
 from ._encode import Container, encode, encode_container
-from ._errors import Error, InvalidInputError, UnsupportedError
+from ._errors import Error, InvalidInputError, OutOfMemoryError, UnsupportedError
 from ._mesh import Attribute, Mesh, Metadata
 from ._native import version as __version__
 
 __all__ = [
     "Asset", "AssetMesh", "Attribute", "Container", "Error", "Instance", "InvalidInputError", "Mesh", "Metadata",
-    "Primitive", "UnsupportedError", "decode", "decode_container", "decode_many", "decode_primitive", "encode",
+    "OutOfMemoryError", "Primitive", "UnsupportedError", "decode", "decode_container", "decode_many", "decode_primitive", "encode",
     "encode_container", "load", "release_scratch",
 ]

@@ -8,7 +8,7 @@ class Error(ValueError):
     """What cannot be decoded or encoded, and where.
 
     Attributes:
-        code: "invalid_input", "unsupported", "usage", "io", "runtime_failure" or "may_pass".
+        code: "invalid_input", "unsupported", "usage", "io", "runtime_failure", "out_of_memory" or "may_pass".
         patch: the number of the patch in its container, or None.
         mesh, primitive: the indices of a glTF primitive, or None.
     """
@@ -39,9 +39,15 @@ class UnsupportedError(Error):
     code = "unsupported"
 
 
+class OutOfMemoryError(Error, MemoryError):
+    """Memory ran out. The same call may succeed with more of it."""
+
+    code = "out_of_memory"
+
+
 def error_of(code: str, message: str, patch: Optional[int], mesh: Optional[int], primitive: Optional[int]) -> Error:
     """The exception for an error of the module in C++."""
-    kind = {"invalid_input": InvalidInputError, "unsupported": UnsupportedError}.get(code, Error)
+    kind = {kind.code: kind for kind in (InvalidInputError, UnsupportedError, OutOfMemoryError)}.get(code, Error)
     return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)
 
 

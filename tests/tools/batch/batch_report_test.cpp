@@ -82,6 +82,9 @@ TEST(BatchReport, WhatMayPassDecidesTheCode) {
   const BatchOutcome full{.input = "y", .status = may_pass("cannot write: no space")};
   EXPECT_EQ(tally_of({bad, full}).status(0).code(), StatusCode::kMayPass);
   EXPECT_EQ(tally_of({bad, full}).status(9).code(), StatusCode::kMayPass);
+  const BatchOutcome large{.input = "z", .status = out_of_memory("out of memory")};
+  EXPECT_EQ(tally_of({bad, large}).status(9).code(), StatusCode::kMayPass);
+  EXPECT_EQ(tally_of({bad, large}).to_json()["may_pass"], 1);
   EXPECT_EQ(tally_of({bad, bad}).status(1).code(), StatusCode::kInvalidInput);
   EXPECT_TRUE(tally_of({bad, bad}).status(2).ok());
 }

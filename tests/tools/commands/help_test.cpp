@@ -108,7 +108,7 @@ TEST_F(Help, ExitCodesAreThoseOfTheManual) {
   std::vector<StatusCode> codes = {
       StatusCode::kOk,           StatusCode::kUsage,          StatusCode::kIo,
       StatusCode::kInvalidInput, StatusCode::kRuntimeFailure, StatusCode::kUnsupported,
-      StatusCode::kDiffers,      StatusCode::kMayPass};
+      StatusCode::kDiffers,      StatusCode::kOutOfMemory,    StatusCode::kMayPass};
   std::vector<StatusCode> listed;
   std::vector<int> expected;
   for (const ExitCode& exit : exit_codes()) {

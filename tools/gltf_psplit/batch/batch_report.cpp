@@ -87,9 +87,10 @@ void BatchTally::add(const Json& row) {
     const Json* error = object_field(row, "error");
     const StatusCode code =
         error == nullptr ? StatusCode::kOk : status_code(integer_field(*error, "code").value_or(-1));
-    if (code == StatusCode::kMayPass) ++may_pass_;
+    const bool may_pass = code == StatusCode::kMayPass || code == StatusCode::kOutOfMemory;
+    if (may_pass) ++may_pass_;
     const std::string name = input == nullptr ? "" : *input;
-    if (code != StatusCode::kMayPass && (first_ == StatusCode::kOk || name < first_input_)) {
+    if (!may_pass && (first_ == StatusCode::kOk || name < first_input_)) {
       first_ = code;
       first_input_ = name;
     }

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <new>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -17,11 +16,11 @@
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "src/catch_exceptions.h"
 #include "src/stopwatch.h"
 #include "system/child_process.h"
 #include "system/content_hash.h"
 #include "system/files.h"
-#include "system/io_error.h"
 #include "system/operating_system.h"
 #include "system/temporary_file.h"
 #include "system/uri.h"
@@ -176,13 +175,7 @@ BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::funct
   if (!arguments_.staging.fetch.empty() && is_known && arguments_.verb != BatchVerb::kDiff)
     job.content = "given: " + item.xxh128 + " " + item.version;
   const Stopwatch watch;
-  try {
-    outcome.status = work(job, waits);
-  } catch (const std::bad_alloc&) {
-    outcome.status = may_pass("out of memory");
-  } catch (const std::exception& error) {
-    outcome.status = runtime_failure(error.what());
-  }
+  outcome.status = catch_exceptions([&] { return work(job, waits); });
   // The user knows the input by its own name, not by that of a copy.
   if (const Status& status = outcome.status; status.place().file == job.input.string() && !status.ok()) {
     Place at = status.place();
@@ -459,11 +452,9 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
       const BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
         link.send(json_line({{"id", id}, {"waits", waits}}));
       });
-      const bool alone =
-          outcome.status.code() == StatusCode::kMayPass && outcome.status.message() == "out of memory";
       link.send(json_line({{"id", id},
                            {"row", to_json(outcome, arguments.verb)},
-                           {"alone", alone},
+                           {"alone", outcome.status.code() == StatusCode::kOutOfMemory},
                            {"spares_report", work.spares_report()}}));
     }
   };

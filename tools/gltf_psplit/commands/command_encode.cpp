@@ -3,15 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <new>
 
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "mesh_files/read_asset.h"
+#include "src/catch_exceptions.h"
 #include "src/stopwatch.h"
-#include "system/io_error.h"
 #include "system/operating_system.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
@@ -288,14 +287,9 @@ Status run_into_folder(const EncodeCommandArguments& arguments, const Session& s
 
 // An error that says what helps against a lack of memory.
 Status run_within_memory(const EncodeCommandArguments& arguments, const Session& session) {
-  constexpr const char* kOutOfMemory = "out of memory";
-  Status status;
-  try {
-    status = run_encode(arguments, session);
-  } catch (const std::bad_alloc&) {
-    status = may_pass(kOutOfMemory, {.file = arguments.input});
-  }
-  if (status.code() != StatusCode::kMayPass || status.message() != kOutOfMemory) return status;
+  Status status = catch_exceptions([&] { return run_encode(arguments, session); });
+  if (status.code() != StatusCode::kOutOfMemory) return status;
+  status = std::move(status).at({.file = arguments.input});
   std::string advice;
   if (arguments.memory == 0) advice += "; --memory SIZE encodes large meshes part by part";
   const EncodeDocumentOptions& options = arguments.encode.options;
@@ -303,7 +297,7 @@ Status run_within_memory(const EncodeCommandArguments& arguments, const Session&
                                   options.color_bits, options.generic_bits});
   constexpr int kFewBits = 24;
   if (most_bits > kFewBits) advice += "; grids of fewer bits, or smaller patches, need less";
-  return may_pass(kOutOfMemory + advice, status.place());
+  return out_of_memory(status.message() + advice, status.place());
 }
 
 void add_inputs(CLI::App& command, EncodeCommandArguments& arguments) {

@@ -3,12 +3,11 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <new>
 #include <span>
 #include <string_view>
 
+#include "src/catch_exceptions.h"
 #include "system/child_process.h"
-#include "system/io_error.h"
 #include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -267,15 +266,10 @@ int run_command_line(int argc, char** argv, const char* version) {
   let_writes_past_size_limit_fail();
   const StopEndsProcess stop_ends_process;
   const Log log(Verbosity::kNormal);
-  try {
-    return run(argc, argv, version);
-  } catch (const std::bad_alloc&) {
-    log.error(may_pass("out of memory"));
-    return exit_code(StatusCode::kMayPass);
-  } catch (const std::exception& error) {
-    log.error(runtime_failure(error.what()));
-  }
-  return exit_code(StatusCode::kRuntimeFailure);
+  const Expected<int> code = catch_exceptions([&]() -> Expected<int> { return run(argc, argv, version); });
+  if (code) return *code;
+  log.error(code.status());
+  return exit_code(code.status().code());
 }
 
 }  // namespace psplit

@@ -8,7 +8,7 @@
 namespace psplit {
 namespace {
 
-constexpr std::array<ExitCode, 8> kExitCodes{{
+constexpr std::array<ExitCode, 9> kExitCodes{{
     {0, StatusCode::kOk, "success"},
     {1, StatusCode::kUsage, "the command line is wrong"},
     {2, StatusCode::kIo, "a file cannot be read or written"},
@@ -16,8 +16,9 @@ constexpr std::array<ExitCode, 8> kExitCodes{{
     {4, StatusCode::kRuntimeFailure, "something failed that should not, such as verification"},
     {5, StatusCode::kUnsupported, "an input uses what gltf-psplit does not support"},
     {7, StatusCode::kDiffers, "two meshes that should be the same differ"},
+    {8, StatusCode::kOutOfMemory, "memory ran out; with more of it, the same may succeed"},
     // EX_TEMPFAIL of sysexits.h, which schedulers take as "try again".
-    {75, StatusCode::kMayPass, "it may succeed later: a full disk, no memory, a lock, a signal, a time-out"},
+    {75, StatusCode::kMayPass, "it may succeed later: a full disk, a lock, a signal, a time-out"},
 }};
 
 }  // namespace
