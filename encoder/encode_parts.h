@@ -4,13 +4,9 @@
 // parts as it does within a part, so the container decodes to one mesh, without cracks and without a point
 // twice.
 //
-// Memory: what encode_mesh takes for the largest part, its streams included, and
-//   16 bytes for each point that parts share,
-//   the points and faces of a container's residue, and 30 bytes for each of these points,
-//   40 bytes for each patch of the container, twice while its arrays grow,
-//   584 more for each patch while a part is verified,
-//   48 for each patch with streams.boxes, and 12 for each point of a part that earlier parts own.
-//   with streams.condense: a container, what condense takes for it, and to verify it twice what it decodes to.
+// Memory: what encode_mesh takes for the largest part, its streams included; a little for each point that parts
+// share, each patch and the residue of a container (gltf_ext/convert/memory_model.h has the numbers); and with
+// streams.condense a container, what condense takes for it, and to verify it twice what it decodes to.
 // Streams, stitch maps and border walks are in spills: about the container's size, and 4 bytes for each point
 // at the border of a patch.
 #pragma once

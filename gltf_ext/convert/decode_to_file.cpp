@@ -2,15 +2,13 @@
 
 #include <algorithm>
 
+#include "gltf_ext/convert/memory_model.h"
 #include "src/container/claims.h"
 #include "src/cpu/container_decoder.h"
 #include "system/operating_system.h"
 
 namespace psplit {
 namespace {
-
-// Of a window: its part of the results, its streams, and the references of its faces.
-constexpr uint64_t kWindowBytesOfAFace = 128;
 
 void release(std::span<const std::byte> bytes) {
   release_mapped({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
@@ -32,7 +30,7 @@ Status decode_into_file(const PatchContainer& container, std::span<const Attribu
     release(mesh.buffers.indices.first(size_t{3} * container.face_base[window.end] * mesh.buffers.index_bytes));
     release_mapped(container.bytes);
   };
-  return decoder.decode_in_windows(std::max<uint64_t>(1, limit.bytes / 2 / kWindowBytesOfAFace), finish);
+  return decoder.decode_in_windows(std::max<uint64_t>(1, limit.bytes / 2 / kWindowFace), finish);
 }
 
 Expected<MeshInFile> decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,

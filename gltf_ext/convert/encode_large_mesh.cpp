@@ -10,6 +10,7 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/encode_parts.h"
 #include "encoder/shared_codings.h"
+#include "gltf_ext/convert/memory_model.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/json/glb.h"
@@ -21,9 +22,6 @@
 
 namespace psplit {
 namespace {
-
-// What the process takes beside the part that is encoded: libraries, threads, windows on files.
-constexpr uint64_t kProcessBytes = uint64_t{48} << 20;
 
 Expected<std::unique_ptr<Spill>> make_spill_in(const std::filesystem::path& folder) {
   Expected<AppendFile> file = AppendFile::create(folder);
@@ -146,7 +144,7 @@ Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumen
   if (plan.buffer_bytes + cells_bytes > plan.all)
     return Status(StatusCode::kUsage,
                   std::to_string(mesh.point_count()) + " points need --memory " +
-                      std::to_string((kProcessBytes + plan.buffer_bytes + cells_bytes) / 1000000 + 1) + "MB");
+                      std::to_string((kProcessOfParts + plan.buffer_bytes + cells_bytes) / 1000000 + 1) + "MB");
   Expected<std::unique_ptr<CellParts>> parts =
       CellParts::make(mesh,
                       {limits.temporary, plan.cost, plan.buffer_bytes, parts_options.streams.keep_duplicates,
@@ -221,27 +219,6 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
 }
 
 }  // namespace
-
-MemoryPlan::MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes, int most_threads,
-                       uint64_t patch_faces) {
-  constexpr uint64_t kMostBuffers = uint64_t{64} << 20, kZeroNormal = 64;
-  all = std::max(limits.memory, kLeastMemory) - kProcessBytes;
-  buffer_bytes = std::min(all / 8, kMostBuffers);
-  most_zero_normals = all / 8 / kZeroNormal;
-  // Peaks of encode_parts were 110 bytes for each face of a part of 0.3 to 5 million faces with positions, 130
-  // with normals, and 540 bytes for each face of the patch of a thread. These are a quarter more.
-  constexpr uint64_t kFace = 100, kPoint = 40, kValueByte = 5, kPatchFace = 680;
-  const uint64_t thread_bytes = std::max<uint64_t>(1, patch_faces * kPatchFace);
-  thread_count = static_cast<int>(
-      std::clamp<uint64_t>(all / 2 / thread_bytes, 1, static_cast<uint64_t>(std::max(1, most_threads))));
-  most_patch_faces = all / 2 / kPatchFace;
-  constexpr uint64_t kLeftPoint = 64, kLeftValueByte = 4, kCondensedPoint = 160, kCondensedValueByte = 8;
-  most_residue_points = all / 4 / (kLeftPoint + kLeftValueByte * record_bytes);
-  condensed_points = all / 3 / (kCondensedPoint + kCondensedValueByte * record_bytes);
-  // The other half is for the part. It must not depend on the threads, because parts change the output.
-  cost = {kFace, kPoint + kValueByte * record_bytes, all - all / 2};
-  if (limits.most_part_faces > 0) cost = {1, 0, limits.most_part_faces};
-}
 
 SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits) {
   return {limits.temporary, MemoryPlan(limits, 0).most_zero_normals, options.keep_duplicates};

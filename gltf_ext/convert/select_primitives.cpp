@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "gltf_ext/convert/encode_large_mesh.h"
+#include "gltf_ext/convert/memory_model.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "gltf_ext/convert/memory_model.h"
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/json/mesh_primitives.h"
@@ -24,18 +25,12 @@
 namespace psplit {
 namespace {
 
-struct Counts {
-  uint64_t faces = 0;
-  uint64_t values = 0;  // bytes of all attributes of all points, with 4 bytes for a number
-  uint64_t bytes = 0;   // that are in memory as they are in the file
-};
-
 // A Draco stream of a whole mesh takes more for each face than arrays do, until it is decoded.
 constexpr uint64_t faces_of_draco(uint64_t faces) { return faces + faces / 2; }
 
 // Each pair of positions and indices counts once, however many primitives share it.
-Counts counts_of_gltf(const AssetRecords& records) {
-  Counts counts;
+AssetCounts counts_of_gltf(const AssetRecords& records) {
+  AssetCounts counts;
   std::set<std::pair<int64_t, int64_t>> seen;
   for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
     for (const PrimitiveRecord& primitive : mesh) {
@@ -67,12 +62,12 @@ uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
 }
 
 // The header has the counts. The rest of the file limits them, and tells how many corners the faces have.
-Counts counts_of_ply(Scanner& scanner, uint64_t bytes) {
+AssetCounts counts_of_ply(Scanner& scanner, uint64_t bytes) {
   const Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return {};
   const bool is_text = header->encoding == PlyEncoding::kText;
   constexpr uint64_t kLeastText = 2;  // a digit and a space
-  Counts counts;
+  AssetCounts counts;
   uint64_t left = bytes - std::min(bytes, scanner.offset());
   for (const PlyElement& element : header->elements) {
     uint64_t stride = 0, index_bytes = 0, numbers = 0;
@@ -97,7 +92,7 @@ Counts counts_of_ply(Scanner& scanner, uint64_t bytes) {
 }
 
 // Each corner of a facet may be a point of its own.
-Counts counts_of_stl(Scanner& scanner, uint64_t bytes) {
+AssetCounts counts_of_stl(Scanner& scanner, uint64_t bytes) {
   constexpr uint64_t kBinaryFacet = 50;
   uint64_t facet_bytes = kBinaryFacet, doubles = 0;
   if (!has_size_of_binary_stl(scanner) && is_text_stl(scanner)) {
@@ -113,7 +108,7 @@ Counts counts_of_stl(Scanner& scanner, uint64_t bytes) {
 
 // The front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices and faces, otherwise
 // faces and points. Older streams and those with metadata have other fronts.
-Counts counts_of_draco(std::string_view head, uint64_t bytes) {
+AssetCounts counts_of_draco(std::string_view head, uint64_t bytes) {
   constexpr size_t kMethodAt = 8, kFlagsAt = 10, kBodyAt = 11, kMinorAt = 6;
   constexpr uint64_t kAttributes = 2 * kVectorBytes + kPairBytes, kFacesOfByte = 4;
   uint64_t counted[2] = {};
@@ -133,7 +128,7 @@ Counts counts_of_draco(std::string_view head, uint64_t bytes) {
 }
 
 // The keyword tells the attributes of a vertex; two counts follow.
-Counts counts_of_off(Scanner& scanner, uint64_t bytes) {
+AssetCounts counts_of_off(Scanner& scanner, uint64_t bytes) {
   const std::string keyword(scanner.next_word());
   const auto has = [&](std::string_view part) { return keyword.find(part) != keyword.npos; };
   const uint64_t numbers = 3u + (has("N") ? 3u : 0) + (has("C") ? 4u : 0) + (has("ST") ? 2u : 0);
@@ -170,7 +165,7 @@ class ObjLines {
 
   // Of a whole file of that size. Where corners of one position are different points in the sample, all corners
   // of the file that could be are taken to be so in proportion.
-  Counts counts(uint64_t bytes) const {
+  AssetCounts counts(uint64_t bytes) const {
     if (bytes_ == 0) return {};
     const double scale = static_cast<double>(bytes) / static_cast<double>(bytes_);
     const double share =
@@ -217,7 +212,7 @@ class ObjLines {
 };
 
 // Reads windows at even distances. A packed file can only be read whole.
-Counts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, bool is_packed) {
+AssetCounts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, bool is_packed) {
   constexpr uint64_t kWindow = uint64_t{1} << 14, kWindows = 32, kPackedStep = 4;
   ObjLines lines;
   if (is_packed) {
@@ -241,7 +236,7 @@ Counts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, 
   return lines.counts(bytes);
 }
 
-Counts counts_of_mesh_file(const std::string& path, const std::string& name, uint64_t file_bytes) {
+AssetCounts counts_of_mesh_file(const std::string& path, const std::string& name, uint64_t file_bytes) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return {};
   std::vector<uint8_t> front(4);
@@ -263,36 +258,31 @@ Counts counts_of_mesh_file(const std::string& path, const std::string& name, uin
   return {bytes / kFace, bytes, bytes};
 }
 
+MemoryUse use_of(BatchVerb verb, bool with_coarse) {
+  switch (verb) {
+    case BatchVerb::kEncode: return with_coarse ? MemoryUse::kEncodeWithCoarse : MemoryUse::kEncode;
+    case BatchVerb::kDecode: return MemoryUse::kDecode;
+    case BatchVerb::kValidate: return MemoryUse::kValidate;
+    case BatchVerb::kDiff: break;
+  }
+  return MemoryUse::kDiff;
+}
+
 }  // namespace
 
-// The factors were fitted to the peaks of 100,000 to 2 million faces with 12 to 48 bytes of attributes, on two
-// threads; then a fifth was added. With its default options, encode takes 0.5 to 0.7 of this: others take more.
 uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name, bool with_coarse,
                          uint64_t known_bytes) {
-  struct Factors {
-    uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
-  };
-  constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond what is free again by then
-  constexpr uint64_t kEncodedFace =
-      140;  // 40 of them for meshes that are encoded both as patches and as one stream
-  const Factors factors = verb == BatchVerb::kEncode
-                              ? Factors{2, with_coarse ? kEncodedFace + kCoarseFace : kEncodedFace, 5}
-                          : verb == BatchVerb::kDecode   ? Factors{2, 45, 7}
-                          : verb == BatchVerb::kValidate ? Factors{2, 20, 6}
-                                                         : Factors{2, 65, 7};
   Expected<Json> json = read_asset_json(path);
   if (json) static_cast<void>(exchange_primitives(*json));  // an error is the reader's to report
   const uint64_t bytes = known_bytes != 0 ? known_bytes : bytes_on_disk(path, json).files;
   const Expected<AssetRecords> records = json ? read_records(*json) : json.status();
-  Counts counts;
+  AssetCounts counts;
   if (records)
     counts = counts_of_gltf(*records);
   else if (!json)
     counts = counts_of_mesh_file(path, name.empty() ? path : name, bytes);
   if (json) counts.bytes = bytes;
-  constexpr uint64_t kLeast = uint64_t{1} << 20;
-  return kLeast +
-         (factors.byte * counts.bytes + factors.face * counts.faces + factors.value * counts.values) / 5 * 6;
+  return bytes_in_memory(use_of(verb, with_coarse), counts);
 }
 
 }  // namespace psplit

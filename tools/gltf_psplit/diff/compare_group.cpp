@@ -7,6 +7,7 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
+#include "gltf_ext/convert/memory_model.h"
 #include "tools/gltf_psplit/diff/column_limits.h"
 #include "tools/gltf_psplit/diff/element_sums.h"
 #include "tools/gltf_psplit/diff/match_elements.h"
@@ -168,7 +169,7 @@ class GroupComparer {
   Expected<ElementMatch> match_all(const ElementPair& pair, const CompareMeans& means) {
     MatchLimits limits;
     constexpr uint64_t kLeastWindow = 4096;
-    if (means.memory > 0) limits.window = std::max(kLeastWindow, means.memory / kMatchBytes);
+    if (means.memory > 0) limits.window = std::max(kLeastWindow, means.memory / kMatchedElement);
     std::optional<EqualSums> sums = equal_sums(pair, grids_[0], grids_[1], means.pool);
     for (size_t column = 0; sums && column < names_.size(); ++column)
       if (sums->rounded_off[column] > pair.largest_limit(column)) sums.reset();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "gltf_ext/convert/decode_to_file.h"
+#include "gltf_ext/convert/memory_model.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/primitive/view_in_place.h"
 #include "mesh_files/asset_format.h"
@@ -67,7 +68,6 @@ Expected<Asset> open_large(const std::string& path, const BackendChoice& backend
 }  // namespace
 
 uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) {
-  constexpr uint64_t kBytesOfAFace = 96;  // a mesh and the tables of the matching
   constexpr uint64_t kMostGrowth = 1024;
   std::error_code error;
   const uint64_t size = path == "-" ? 0 : fs::file_size(path, error);
@@ -80,7 +80,7 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
   if (!format) return 0;
   if (format != AssetFormat::kGltf) {
     constexpr uint64_t kLeastBytesOfAFace = 19;  // of a binary PLY: a face and half a point
-    return size / kLeastBytesOfAFace * kBytesOfAFace;
+    return size / kLeastBytesOfAFace * kComparedFace;
   }
   const Expected<Document> document = read_document(path, FileAccess::kMap);
   if (!document) return 0;
@@ -90,7 +90,7 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
     const int64_t counted = primitive.indices >= 0 ? primitive.indices : primitive.accessor_of("POSITION");
     if (counted >= 0) faces += document->records().accessor(counted).count / 3;
   }
-  return faces * kBytesOfAFace;
+  return faces * kComparedFace;
 }
 
 Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,

@@ -44,9 +44,8 @@ struct ElementMatch {
 
 struct MatchLimits {
   uint64_t spare_tests = 20'000'000;
-  uint64_t window = UINT64_MAX;  // elements of both bags together, each of about kMatchBytes
+  uint64_t window = UINT64_MAX;  // elements of both bags together, each of about kMatchedElement bytes
 };
-inline constexpr uint64_t kMatchBytes = 128;
 
 // Time is proportional to the number of elements, unless very many elements are within the limits of each
 // other. The search takes at most some hundred comparisons for each element plus `spare_tests`. Errors:
