@@ -28,7 +28,7 @@ endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
 set(encoder_objects psplit_encoder psplit_partition)
-set(gltf_objects psplit_gltf psplit_compare psplit_mesh_files psplit_documents psplit_json)
+set(gltf_objects psplit_gltf psplit_mesh_files psplit_documents psplit_json)
 
 if(PSPLIT_BUILD_C)
   list(APPEND headers bindings/c/psplit.h)

@@ -13,6 +13,7 @@
 #include "tests/src/loader/buffers.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

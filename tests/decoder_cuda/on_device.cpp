@@ -11,6 +11,7 @@
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

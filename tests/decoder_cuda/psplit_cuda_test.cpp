@@ -2,6 +2,7 @@
 
 #include "tests/decoder_cuda/mutants.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

@@ -8,6 +8,7 @@
 #include "tests/support/default_codings.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

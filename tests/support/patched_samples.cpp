@@ -135,12 +135,4 @@ const std::vector<PatchedSample>& large_samples(const ThreadPool& pool) {
   return made;
 }
 
-bool same_bits(const Mesh& a, const Mesh& b) {
-  if (a.point_count != b.point_count || a.faces != b.faces || a.attributes.size() != b.attributes.size())
-    return false;
-  for (size_t i = 0; i < a.attributes.size(); ++i)
-    if (a.attributes[i].values != b.attributes[i].values) return false;
-  return true;
-}
-
 }  // namespace psplit

@@ -48,6 +48,4 @@ const std::vector<PatchedSample>& all_samples(const ThreadPool& pool);
 // Grids at the limit of 16-bit indices, the larger one also condensed.
 const std::vector<PatchedSample>& large_samples(const ThreadPool& pool);
 
-bool same_bits(const Mesh& a, const Mesh& b);
-
 }  // namespace psplit

@@ -8,16 +8,11 @@
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/expect.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/sample_containers.h"
 
 namespace psplit {
 namespace {
-
-bool equal(const Mesh& a, const Mesh& b) {
-  return a.point_count == b.point_count && a.faces == b.faces &&
-         std::equal(a.attributes.begin(), a.attributes.end(), b.attributes.begin(), b.attributes.end(),
-                    [](const Attribute& x, const Attribute& y) { return x.values == y.values; });
-}
 
 // Whole containers, and after each of them its first patch alone and its first stream as a stock stream.
 class OpenedOnce : public testing::Test {
@@ -54,7 +49,7 @@ TEST_F(OpenedOnce, AsksForMemoryWithTheCounts) {
     }
   }
   // A patch alone is its stream.
-  for (size_t i = 0; i < tasks.size(); i += 3) EXPECT_TRUE(equal(meshes[i + 1], meshes[i + 2]));
+  for (size_t i = 0; i < tasks.size(); i += 3) EXPECT_TRUE(same_bits(meshes[i + 1], meshes[i + 2]));
 }
 
 TEST_F(OpenedOnce, DecodesAsOftenAsItIsAskedTo) {
@@ -62,9 +57,9 @@ TEST_F(OpenedOnce, DecodesAsOftenAsItIsAskedTo) {
   const std::vector<Expected<Mesh>> second = cpu_backend().decode(tasks, pool);
   for (size_t i = 0; i < tasks.size(); ++i) {
     ASSERT_TRUE(first[i] && second[i]);
-    EXPECT_TRUE(equal(*first[i], *second[i]));
+    EXPECT_TRUE(same_bits(*first[i], *second[i]));
     const Mesh single = must(cpu_backend().decode(containers[i], tasks[i].requests, pool));
-    EXPECT_TRUE(equal(*first[i], single));
+    EXPECT_TRUE(same_bits(*first[i], single));
   }
 }
 

@@ -12,6 +12,7 @@
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

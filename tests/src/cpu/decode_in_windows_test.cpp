@@ -3,6 +3,7 @@
 #include "src/cpu/container_decoder.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {

@@ -8,6 +8,7 @@
 #include "tests/support/draco_streams.h"
 #include "tests/support/mutants.h"
 #include "tests/support/patched_samples.h"
+#include "tests/support/same_bits.h"
 
 namespace psplit {
 namespace {
