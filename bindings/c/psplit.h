@@ -111,8 +111,8 @@ PSPLIT_API int32_t psplit_pool_threads(const psplit_pool* pool);
 // No call may use the pool any more.
 PSPLIT_API void psplit_pool_free(psplit_pool* pool);
 
-// A flag that ends decoding or encoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each patch,
-// before and after the stream of PSPLIT_KIND_DRACO_FILE is decoded, and more often by encoding.
+// A flag that ends decoding or encoding, which then returns PSPLIT_ERROR_CANCELLED. It is read before each
+// patch, before and after the stream of PSPLIT_KIND_DRACO_FILE is decoded, and more often by encoding.
 typedef struct psplit_stop psplit_stop;
 
 PSPLIT_API psplit_code psplit_stop_create(psplit_stop** stop, psplit_error* error);
