@@ -15,10 +15,8 @@ endif()
 if(PSPLIT_BUILD_ENCODER)
   list(APPEND components encoder gltf)
   list(APPEND headers
-       encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
-       encoder/coding/position_bits.h encoder/coding/precision_guard.h encoder/coding/quantization.h encoder/coding/step_grid.h encoder/encode_parts.h encoder/mesh_parts.h
-       encoder/spill.h
-       encoder/libdraco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h encoder/patch_counts.h
+       encoder/coding/attribute_coding.h encoder/coding/coding_options.h encoder/encode.h
+       encoder/encoded_mesh.h encoder/libdraco/draco_backend.h encoder/partition/partition.h encoder/patch_counts.h src/mesh/mesh_view.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
        gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h system/mapped_file.h

@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include "encoder/coding/choose_codings.h"
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"

@@ -19,8 +19,7 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "encoder/coding/choose_codings.h"
-#include "encoder/coding/precision_guard.h"
+#include "encoder/coding/coding_options.h"
 #include "encoder/encoded_mesh.h"
 #include "encoder/partition/partition.h"
 #include "encoder/patch_counts.h"

@@ -11,7 +11,6 @@
 #include "encoder/partition/partition.h"
 #include "encoder/welding/reduce.h"
 #include "src/container/patch_container.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/span.h"
@@ -76,10 +75,9 @@ StreamOptions stream_options(const EncodeOptions& options, uint32_t patch_count)
 // kInvalidInput (indices out of range, no POSITION, values that a quantization grid cannot hold), kUnsupported
 // (among others, only degenerate faces that are to be dropped), kRuntimeFailure (verification failed, which is
 // a bug).
-PSPLIT_EXPORT Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                                const StreamOptions& options, const ThreadPool& pool,
-                                                Span<const std::byte> extra_point_data = {},
-                                                size_t extra_stride = 0);
+Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                  const StreamOptions& options, const ThreadPool& pool,
+                                  Span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);
 
 // Encodes the mesh as one sequential stream, which keeps all faces and points, and their order.
 Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,

@@ -23,7 +23,6 @@
 #include "encoder/spill.h"
 #include "src/container/decode_backend.h"
 #include "src/container/stream_entry.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/mesh/value_bounds.h"
 #include "src/parallel.h"
@@ -56,9 +55,9 @@ struct PartsOptions {
 // is that of encode_mesh with the same number of patches. Errors: those of encode_mesh, of `parts` and of the
 // spills, with the part in the message and the patch as their place; kUnsupported if a part alone exceeds the
 // limits of a container.
-PSPLIT_EXPORT Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
-                                                 const PartsOptions& options, const MakeSpill& make_spill,
-                                                 const ThreadPool& pool);
+Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
+                                   const PartsOptions& options, const MakeSpill& make_spill,
+                                   const ThreadPool& pool);
 
 // The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
 // options.patch_count patches. With Alone::kWhole its only stream is alone.

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "encoder/coding/precision_guard.h"
 #include "src/container/decode_backend.h"
 #include "src/container/stream_entry.h"
 #include "src/export.h"

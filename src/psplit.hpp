@@ -14,8 +14,7 @@
 //
 //   psplit::cuda      decoder_cuda/psplit_cuda.h             decodes on a GPU
 //   psplit::tinygltf  gltf_ext/tinygltf/tinygltf_plugin.h    loads whole glTF files with tinygltf
-//   psplit::encoder   encoder/coding/choose_codings.h        chooses how the attributes of a mesh are stored
-//                     encoder/encode_mesh.h                  a mesh in, a patch container out
+//   psplit::encoder   encoder/encode.h                       a mesh in, a patch container or Draco streams out
 //                     encoder/libdraco/draco_backend.h       decodes with libdraco, to compare
 //   psplit::gltf      gltf_ext/document/document.h           reads a glTF document
 //                     gltf_ext/convert/encode_document.h     encodes all of its meshes

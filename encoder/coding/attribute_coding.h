@@ -1,6 +1,7 @@
 // How the values of one attribute are stored.
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace psplit {
@@ -17,6 +18,12 @@ struct AttributeCoding {
   std::vector<float> origin;
   float range = 0;
   bool exact = false;  // every value is on the grid, and comes back as it is
+};
+
+// A sentence about an attribute, which it names.
+struct PrecisionNote {
+  std::string text;
+  bool is_warning = false;  // something is lost: the caller gave the bits, so that nothing was done
 };
 
 }  // namespace psplit

@@ -1,40 +1,22 @@
 // Chooses how each attribute of a mesh is stored.
 #pragma once
 
-#include <set>
 #include <string>
 #include <vector>
 
+#include "encoder/coding/coding_options.h"
 #include "encoder/coding/quantization.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
 
-// The attributes whose bits the user states.
-struct GivenBits {
-  bool position = false, normal = false, texcoord = false, color = false, generic = false;
-};
-
-// Bits of a component on its quantization grid; 0 keeps the values exactly as they are.
-struct CodingOptions {
-  int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
-  bool lossless = false;  // every attribute exactly as it is
-  // Grids of given bits stay, even if they lose what the mesh tells apart (precision_guard.h).
-  GivenBits given{};
-  std::set<std::string> exact{};  // names of attributes that are kept exactly
-
-  // For callers who do not know what the user states: bits that differ from the default count as given.
-  PSPLIT_EXPORT void give_changed_bits();
-};
-
 // Whether the bits of the attribute are given.
-PSPLIT_EXPORT bool are_given(const Attribute& attribute, const CodingOptions& options);
+bool are_given(const Attribute& attribute, const CodingOptions& options);
 
 // The bits that the options want for the attribute. 0 for those that are kept exactly: integers, and attributes
 // that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and those in
 // `exact`.
-PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& options);
+int wanted_bits(const Attribute& attribute, const CodingOptions& options);
 
 // The bounds by which the attribute's coding is chosen (bounds_of); empty if the coding does not depend on
 // them.
@@ -45,8 +27,8 @@ CodingBounds wanted_bounds(const Attribute& attribute, const CodingOptions& opti
 // exactly: values that are not finite, and normals that are not unit vectors. Attributes without a meaning that
 // glTF defines are data: if all their values are whole numbers, these are kept, too, on a grid of the bits that
 // this takes (fit_whole_numbers), or exactly.
-PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
-                                            const CodingOptions& options);
+AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds,
+                              const CodingOptions& options);
 
 // What the coding loses against the wish to keep whole numbers, because the options have fewer bits: a
 // sentence, or nothing.
@@ -54,7 +36,7 @@ std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds
                                   const AttributeCoding& coding);
 
 // The coding of an attribute with a grid of its own, as choose_codings chooses it.
-PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options);
+AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options);
 
 // The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
 // that encoding drops. Grids whose bits are not given are finer where they would lose what the mesh tells apart
@@ -62,6 +44,6 @@ PSPLIT_EXPORT AttributeCoding choose_coding(Attribute& attribute, const CodingOp
 //
 // Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
 // (trim_noise). Call round_weights when all grids are final.
-PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options);
+std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options);
 
 }  // namespace psplit

@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "encoder/coding/attribute_coding.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/span.h"
 
@@ -12,16 +11,14 @@ namespace psplit {
 
 // Replaces a value by what decoders make of the nearest place of its grid, bit for bit: three components of a
 // direction, or as many as the grid has.
-PSPLIT_EXPORT void round_to_grid(Span<float> value, const AttributeCoding& grid);
+void round_to_grid(Span<float> value, const AttributeCoding& grid);
 
 // Whether that changes no value of the attribute, or of its points whose flag in `stored` is set.
-PSPLIT_EXPORT bool is_on_grid(const Attribute& attribute, const AttributeCoding& grid,
-                              Span<const uint8_t> stored);
+bool is_on_grid(const Attribute& attribute, const AttributeCoding& grid, Span<const uint8_t> stored);
 
 // Returns for each attribute of the mesh, given by its index, bytes that are equal for values on one place of
 // its grid. Empty for POSITION, whose values decide the topology, and for exact values. An empty function if
 // that is all attributes. The mesh and its codings must outlive the function.
-PSPLIT_EXPORT std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh,
-                                                                      Span<const AttributeCoding> codings);
+std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh, Span<const AttributeCoding> codings);
 
 }  // namespace psplit

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/status.h"
 
@@ -21,7 +20,7 @@ inline constexpr int kLeastBitsForEdges = 11;
 // The lengths of some edges of a mesh, evenly spread over its faces. The sample depends only on the faces and
 // their numbers, not on the order in which they come. So a mesh in memory and the same mesh read as a stream
 // have the same sample. Not thread-safe.
-class PSPLIT_EXPORT EdgeSample {
+class EdgeSample {
  public:
   // Keeps at most `most_faces` faces, and a quarter of that at least if the mesh has as many.
   explicit EdgeSample(size_t most_faces = size_t{1} << 15) : most_faces_(most_faces) {}
@@ -52,22 +51,22 @@ class PSPLIT_EXPORT EdgeSample {
 // The grid step that the edges allow: a twentieth of the length that 95 % of them exceed. On 23 scans and
 // similar surfaces, 95 % of the faces then turn by less than 2.4 degrees (docs/decisions.md). 0 if there are no
 // lengths.
-PSPLIT_EXPORT double step_for_edges(std::vector<float> lengths);
+double step_for_edges(std::vector<float> lengths);
 
 // The fewest bits, from kLeastBitsForEdges to kMostGridBits, for which the step of the grid is at most
 // `step`. But the step is never finer than the floats: half the distance of two floats near the grid's largest
 // coordinate. `grid` is fit_grid's, with any bits.
-PSPLIT_EXPORT int position_bits_for_step(const AttributeCoding& grid, double step);
+int position_bits_for_step(const AttributeCoding& grid, double step);
 
 // The fewest bits for which no decoded position is farther than `max_error` from its input, in a straight line
 // (distance_bound). Errors: kUsage if 30 bits do not suffice, because floats are too coarse for these
 // coordinates.
-PSPLIT_EXPORT Expected<int> position_bits_for_error(const AttributeCoding& grid, double max_error);
+Expected<int> position_bits_for_error(const AttributeCoding& grid, double max_error);
 
 // With three digits.
 std::string rounded_text(double value);
 
 // How far a decoded position may be from its input: the length of grid_bound over all components.
-PSPLIT_EXPORT double distance_bound(const AttributeCoding& grid);
+double distance_bound(const AttributeCoding& grid);
 
 }  // namespace psplit

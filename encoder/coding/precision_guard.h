@@ -9,7 +9,6 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/choose_codings.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/span.h"
 #include "src/status.h"
@@ -24,12 +23,6 @@ inline constexpr double kMostFlatFaces = 0.03, kMostCoinciding = 0.125, kMostEqu
                         kMostMoved = 0.01;
 // In textures.
 inline constexpr double kTextureError = 1.0 / 512;
-
-// A sentence about an attribute, which it names.
-struct PrecisionNote {
-  std::string text;
-  bool is_warning = false;  // something is lost: the caller gave the bits, so that nothing was done
-};
 
 // A mesh whose precision is guarded, as one or several parts.
 struct GuardedMesh {
@@ -54,25 +47,23 @@ struct PrecisionFinding {
 // texture coordinates of a face may not become equal, nor move by more than kTextureError; in all other
 // attributes, outliers and large components must leave bits to small ones. `wanted` are the bits of each
 // attribute that are wanted (wanted_bits). Errors: those of for_each_part.
-PSPLIT_EXPORT Expected<std::vector<PrecisionFinding>> find_losses(const GuardedMesh& mesh,
-                                                                  Span<const AttributeCoding> codings,
-                                                                  Span<const int> wanted);
+Expected<std::vector<PrecisionFinding>> find_losses(const GuardedMesh& mesh,
+                                                    Span<const AttributeCoding> codings,
+                                                    Span<const int> wanted);
 
 // The sentence about a finding: what a grid of `bits` would lose, how the attribute is stored, and what that
 // costs. With `is_given`, the attribute stays on the grid of `bits`. `values` counts the floats of all meshes
 // that share the grid.
-PSPLIT_EXPORT PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& finding, int bits,
-                                    const AttributeCoding& used, bool is_given, uint64_t values);
+PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& finding, int bits,
+                      const AttributeCoding& used, bool is_given, uint64_t values);
 
 // Replaces the codings of the mesh, which has these attributes, by better ones, unless their bits are given.
 // Returns what it did, and what the others lose. Errors: those of find_losses.
-PSPLIT_EXPORT Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh,
-                                                                 Span<const Attribute> attributes,
-                                                                 const CodingOptions& options,
-                                                                 Span<const int> wanted,
-                                                                 std::vector<AttributeCoding>& codings);
+Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span<const Attribute> attributes,
+                                                   const CodingOptions& options, Span<const int> wanted,
+                                                   std::vector<AttributeCoding>& codings);
 // The same of a mesh in memory; all of its points count.
-PSPLIT_EXPORT std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
-                                                       std::vector<AttributeCoding>& codings);
+std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
+                                         std::vector<AttributeCoding>& codings);
 
 }  // namespace psplit

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
-#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/span.h"
 #include "src/status.h"
@@ -34,7 +33,7 @@ struct CodingBounds {
 };
 // The bounds of the points whose flag in `stored` is set, or of all points without flags. The bounds of an
 // attribute that does not hold floats are empty.
-PSPLIT_EXPORT CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored = {});
+CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored = {});
 
 // Whether a normal of this squared length can be stored as a direction.
 inline bool is_unit_square(double square) { return std::fabs(std::sqrt(square) - 1.0) <= 1e-2; }
@@ -44,10 +43,9 @@ inline bool is_unit_square(double square) { return std::fabs(std::sqrt(square) -
 // their extent is within a thousandth of the limits', or if that grid has all of them as exactly as their own
 // would. No decoded value of these is beyond the limits. Errors: kInvalidInput for NaN and infinity, or if the
 // extent is not a float.
-PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBounds& bounds,
-                                                 int bits);
+Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBounds& bounds, int bits);
 // The grid of all values of the attribute.
-PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
+Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
 
 // A grid with the same places at its ends, or as near as libdraco can have them, and other bits.
 AttributeCoding grid_with_bits(AttributeCoding grid, int bits);
@@ -66,7 +64,7 @@ void trim_noise(Attribute& attribute);
 
 // Rounds quantized weights to their grid so that the weights of a point, over all WEIGHTS_n, keep their sum.
 // glTF wants the sum to be one; a sum that is nearly one becomes one.
-PSPLIT_EXPORT void round_weights(Mesh& mesh, Span<const AttributeCoding> codings);
+void round_weights(Mesh& mesh, Span<const AttributeCoding> codings);
 
 // The place of a value on a grid of 2^bits numbers, in libdraco's float arithmetic: a whole number. The range
 // is above 0.

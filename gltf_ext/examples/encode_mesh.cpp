@@ -1,6 +1,5 @@
 // encode_mesh [PATCHES]: encodes a mesh from memory as a patch container, without glTF, and decodes it again.
-#include <psplit/encoder/coding/choose_codings.h>
-#include <psplit/encoder/encode_mesh.h>
+#include <psplit/encoder/encode.h>
 
 #include <cstdlib>
 #include <cstring>
@@ -39,13 +38,12 @@ int fail(const psplit::Status& status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  psplit::Mesh mesh = make_sheet(120, 100);
-  // How each attribute is stored: here 14 bits for each component of POSITION.
-  const std::vector<psplit::AttributeCoding> codings = psplit::choose_codings(mesh, {});
+  // By default 14 bits for each component of POSITION, and as many patches as the faces ask for.
   psplit::EncodeOptions options;
-  options.patch_count = argc > 1 ? static_cast<uint32_t>(std::strtoul(argv[1], nullptr, 10)) : 4;
+  options.storage = psplit::Storage::kContainer;
+  options.patches.count = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 4;
   const psplit::ThreadPool pool;
-  const psplit::Expected<psplit::EncodedMesh> encoded = psplit::encode_mesh(mesh, codings, options, pool);
+  const psplit::Expected<psplit::EncodedMesh> encoded = psplit::encode(make_sheet(120, 100), options, pool);
   if (!encoded) return fail(encoded.status());
 
   // A loader knows the container's bytes, and from JSON the attributes.
@@ -54,7 +52,7 @@ int main(int argc, char** argv) {
   source.attributes = encoded->requests;
   const auto primitive = psplit::CompressedPrimitive::open(source);
   if (!primitive) return fail(primitive.status());
-  std::cout << encoded->statistics.patch_count << " patches, " << encoded->pieces[0].bytes.size()
+  std::cout << encoded->statistics.patch_count << " patches, " << source.bytes.size()
             << " bytes: " << primitive->face_count() << " triangles, " << primitive->point_count()
             << " points\n";
 }
