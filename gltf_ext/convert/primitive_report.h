@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "encoder/encode_mesh.h"
+#include "encoder/encoded_mesh.h"
 #include "gltf_ext/document/document.h"
 #include "src/container/stream_entry.h"
 

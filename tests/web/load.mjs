@@ -33,7 +33,7 @@ export const gltf_psplit = [process.env.PSPLIT, ...['release', 'bench'].map((bui
 
 // The code of web/README.md: by heading, the blocks in JavaScript, TypeScript or HTML.
 export function readme_blocks() {
-  const sections = readFileSync(path.join(root, 'web/README.md'), 'utf8').split(/^## /m).slice(1);
+  const sections = readFileSync(path.join(root, 'bindings/web/README.md'), 'utf8').split(/^## /m).slice(1);
   return Object.fromEntries(sections.map((section) =>
     [section.slice(0, section.indexOf('\n')), [...section.matchAll(/^```(?:html|js|tsx?)\n(.*?)^```$/gms)].map(([, code]) => code)]));
 }

@@ -71,6 +71,7 @@ py::bytes bytes_of(const std::vector<uint8_t>& bytes) {
 Expected<EncodedMesh> encode_mesh(const MeshView& view, const EncodeOptions& options,
                                   const std::vector<float>& origin, float range, const ThreadPool& pool,
                                   const Watch& watch) {
+  if (view.indices.count == 0) return invalid_input("the mesh has no triangles");
   Expected<Mesh> mesh = mesh_of(view);
   if (!mesh) return mesh.status();
   MeshToEncode source{std::move(*mesh)};

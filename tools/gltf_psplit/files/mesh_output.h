@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "encoder/encode_mesh.h"
+#include "encoder/encode.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
