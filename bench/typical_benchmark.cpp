@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "encoder/encode.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "mesh_files/read_asset.h"
