@@ -37,7 +37,7 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
   CudaDecoder decoder = must(CudaDecoder::create());
   decoder.set_memory_limit(1);
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const PatchContainer container = must(open_container(sample.encoded.container));
+    const PatchContainer container = must(open_container(sample.encoded.pieces[0].bytes));
     if (sample.requests[0].component_type != ComponentType::kFloat32 || container.has_residue) continue;
     const uint32_t last = container.patch_count() - 1, points = container.entries[last].point_count;
     const size_t faces = container.entries[last].face_count;
@@ -91,7 +91,7 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
   CudaDecoder decoder = must(CudaDecoder::create());
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const std::vector<uint8_t>& bytes = sample.encoded.container;
+    const std::vector<uint8_t>& bytes = sample.encoded.pieces[0].bytes;
     const PatchContainer container = must(open_container(bytes));
     const Mesh& expected = sample.mesh;
     if (sample.requests[0].component_type != ComponentType::kFloat32) continue;
@@ -150,12 +150,12 @@ class CudaBatchOnDevice : public testing::Test {
     const ThreadPool pool;
     const std::vector<PatchedSample>& samples = patched_samples(pool);
     const auto found = std::find_if(samples.begin(), samples.end(), [](const PatchedSample& each) {
-      const Expected<PatchContainer> opened = open_container(each.encoded.container);
+      const Expected<PatchContainer> opened = open_container(each.encoded.pieces[0].bytes);
       return each.requests[0].component_type == ComponentType::kFloat32 && opened && opened->patch_count() > 3;
     });
     ASSERT_NE(found, samples.end());
     sample = *found;
-    container = *open_container(sample.encoded.container);
+    container = *open_container(sample.encoded.pieces[0].bytes);
     expected = sample.mesh;
     indices.emplace(3 * expected.faces.size());
     positions.emplace(size_t{3} * expected.point_count);
@@ -279,7 +279,7 @@ TEST(CudaQuick, ErrorsNameTheirCallAndDoNotStayBehind) {
 
 // Parts, and a container that is on the device already.
 TEST_F(CudaBatchOnDevice, DecodesContainersOnTheDeviceInLittleMemory) {
-  const std::vector<uint8_t>& bytes = sample.encoded.container;
+  const std::vector<uint8_t>& bytes = sample.encoded.pieces[0].bytes;
   const Managed<uint8_t> on_device(bytes.size());
   std::copy(bytes.begin(), bytes.end(), on_device.data);
   primitive.device_bytes = on_device.data;
@@ -299,7 +299,7 @@ TEST(CudaDecoder, DecodesInWindowsWhereMemoryIsShort) {
   const ThreadPool pool;
   const std::vector<PatchedSample>& samples = patched_samples(pool);
   std::vector<PatchContainer> containers;
-  for (const PatchedSample& sample : samples) containers.push_back(*open_container(sample.encoded.container));
+  for (const PatchedSample& sample : samples) containers.push_back(*open_container(sample.encoded.pieces[0].bytes));
   std::vector<DecodeTask> tasks;
   for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
   for (const uint64_t limit : {uint64_t{1}, uint64_t{4'000'000}, uint64_t{0}}) {
