@@ -21,6 +21,7 @@
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/mesh/select_points.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -95,11 +96,8 @@ std::vector<uint32_t> shared_numbers_of(const PartView& part) {
 
 // Whether patches can hold all of the part.
 bool is_regular(const Mesh& mesh) {
-  std::vector<uint8_t> is_used(mesh.point_count, 0);
-  for (const auto& face : mesh.faces) {
-    if (repeats_a_point(face)) return false;
-    for (const uint32_t point : face) is_used[point] = 1;
-  }
+  if (std::ranges::any_of(mesh.faces, repeats_a_point)) return false;
+  const std::vector<uint8_t> is_used = used_points(mesh);
   return std::ranges::find(is_used, 0) == is_used.end();
 }
 
@@ -518,12 +516,11 @@ Status PartsEncoder::encode_leftovers() {
   {
     const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
     left.owners = known_owners(left.part, std::move(left.owners));
-    std::vector<uint8_t> is_in_patch, is_unused(mesh.point_count, 1);
+    std::vector<uint8_t> is_in_patch;
     for (const PointOwner& owner : left.owners)
       is_in_patch.push_back(owner.stream == PointOwner::kNone ? 0 : 1);
-    for (const auto& face : mesh.faces)
-      for (const uint32_t point : face) is_unused[point] = 0;
-    unused_count_ = static_cast<uint32_t>(std::count(is_unused.begin(), is_unused.end(), 1));
+    const std::vector<uint8_t> is_used = used_points(mesh);
+    unused_count_ = static_cast<uint32_t>(std::count(is_used.begin(), is_used.end(), 0));
     std::vector<uint32_t> faces(mesh.faces.size());
     std::iota(faces.begin(), faces.end(), 0u);
     WeldedMesh welded = weld(mesh, pool_);

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <tuple>
 
+#include "src/mesh/select_points.h"
+
 namespace psplit {
 namespace {
 
@@ -13,16 +15,6 @@ struct CornerPoint {
   size_t corner;                     // of the part's faces
   auto key() const { return std::tie(point, texcoord); }
 };
-
-Attribute gathered(const Attribute& attribute, const std::vector<uint32_t>& points) {
-  Attribute result{
-      attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}};
-  const size_t stride = attribute.stride();
-  result.values.resize(points.size() * stride);
-  for (size_t i = 0; i < points.size(); ++i)
-    std::memcpy(result.values.data() + i * stride, attribute.values.data() + points[i] * stride, stride);
-  return result;
-}
 
 // The faces with these numbers, with points of their own in the order of the file.
 MeshFilePart part_of_faces(const MeshFilePart& whole, const FaceTexcoords& texcoords,
@@ -57,7 +49,7 @@ MeshFilePart part_of_faces(const MeshFilePart& whole, const FaceTexcoords& texco
     if (attribute.semantic == "POSITION" && !whole.positions.empty())
       part.attributes.push_back(attribute);
     else if (attribute.semantic != "TEXCOORD_0")
-      part.attributes.push_back(gathered(attribute, points));
+      part.attributes.push_back(select_points(attribute, points));
   if (!whole.positions.empty())
     for (const uint32_t point : points) result.positions.push_back(whole.positions[point]);
   if (has_texcoords) part.attributes.push_back(std::move(coordinates));
@@ -72,15 +64,13 @@ std::vector<MeshFilePart> parts_with_texcoords(MeshFilePart whole, const FaceTex
   if (mesh.find("TEXCOORD_0") != nullptr)
     losses.say("texture coordinates of vertices are left out: faces have others");
   std::map<int32_t, std::vector<size_t>> faces_of_texture;
-  std::vector<bool> is_used(mesh.point_count);
   for (size_t face = 0; face < mesh.faces.size(); ++face) {
     const int32_t texture = texcoords.textures[face];
     const bool exists = texture < static_cast<int64_t>(materials.size());
     faces_of_texture[exists ? texture : FaceTexcoords::kNoTexture].push_back(face);
-    for (const uint32_t point : mesh.faces[face]) is_used[point] = true;
   }
   losses.add("vertex of no face is left out", "vertices of no face are left out",
-             static_cast<uint64_t>(std::ranges::count(is_used, false)));
+             static_cast<uint64_t>(std::ranges::count(used_points(mesh), uint8_t{0})));
   std::vector<MeshFilePart> parts;
   for (const auto& [texture, faces] : faces_of_texture) {
     parts.push_back(part_of_faces(whole, texcoords, faces, texture != FaceTexcoords::kNone));

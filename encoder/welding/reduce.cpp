@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <compare>
 #include <cstring>
+#include <utility>
+
+#include "src/mesh/select_points.h"
 
 namespace psplit {
 namespace {
 
 constexpr uint32_t kDropped = 0xffffffffu;
-
-Attribute select_points(const Attribute& attribute, std::span<const uint32_t> points) {
-  Attribute selected{
-      attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}};
-  const size_t stride = attribute.stride();
-  selected.values.resize(stride * points.size());
-  for (size_t i = 0; i < points.size(); ++i)
-    std::memcpy(selected.values.data() + i * stride, attribute.values.data() + points[i] * stride, stride);
-  return selected;
-}
 
 // Removes the groups of `alike` that would change the topology of the mesh whose groups of `equal` are merged.
 void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::vector<uint32_t>& alike) {
@@ -91,9 +84,9 @@ ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const Thread
   }
   for (auto& face : reduced.mesh.faces)
     for (uint32_t& point : face) point = number[point];
-  reduced.mesh.point_count = static_cast<uint32_t>(reduced.source_point.size());
-  for (const Attribute& attribute : input.attributes)
-    reduced.mesh.attributes.push_back(select_points(attribute, reduced.source_point));
+  Mesh selected = select_points(input, reduced.source_point);
+  selected.faces = std::move(reduced.mesh.faces);
+  reduced.mesh = std::move(selected);
   return reduced;
 }
 

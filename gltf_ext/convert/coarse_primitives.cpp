@@ -12,6 +12,7 @@
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "src/mesh/select_points.h"
 
 namespace psplit {
 namespace {
@@ -35,16 +36,8 @@ CoarsePrimitive gather(const Mesh& mesh, const std::vector<MorphAttribute>& morp
       point = known;
     }
   CoarsePrimitive coarse;
-  coarse.mesh.point_count = static_cast<uint32_t>(source_point.size());
+  coarse.mesh = select_points(mesh, source_point);
   coarse.mesh.faces = std::move(faces);
-  for (const Attribute& attribute : mesh.attributes) {
-    const size_t stride = attribute.stride();
-    Attribute& copy = coarse.mesh.attributes.emplace_back(Attribute{
-        attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
-    copy.values.resize(stride * source_point.size());
-    for (size_t i = 0; i < source_point.size(); ++i)
-      std::memcpy(copy.values.data() + i * stride, attribute.values.data() + source_point[i] * stride, stride);
-  }
   coarse.morphs = reorder(morphs, source_point);
   return coarse;
 }

@@ -1,7 +1,6 @@
 #include "gltf_ext/convert/encode_job.h"
 
-#include <algorithm>
-#include <cstring>
+#include "src/mesh/select_points.h"
 
 namespace psplit {
 
@@ -50,10 +49,7 @@ std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,
                  static_cast<uint32_t>(source_point.size()),
                  {}};
     const size_t width = component_bytes(morph.data.component_type) * morph.data.component_count;
-    copy.data.values.resize(width * source_point.size());
-    for (size_t i = 0; i < source_point.size(); ++i)
-      std::memcpy(copy.data.values.data() + i * width, morph.data.values.data() + source_point[i] * width,
-                  width);
+    copy.data.values = select_rows(morph.data.values, width, source_point);
   }
   return ordered;
 }

@@ -23,7 +23,7 @@ class SharedPoints {
  private:
   struct Set {
     size_t first = 0;  // index into the jobs
-    std::vector<bool> used_by_others;
+    std::vector<uint8_t> used_by_others;
   };
   std::map<std::pair<AttributeRecords, std::vector<AttributeRecords>>, Set> sets_;  // with morph targets
 };

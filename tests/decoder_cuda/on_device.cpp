@@ -299,7 +299,8 @@ TEST(CudaDecoder, DecodesInWindowsWhereMemoryIsShort) {
   const ThreadPool pool;
   const std::vector<PatchedSample>& samples = patched_samples(pool);
   std::vector<PatchContainer> containers;
-  for (const PatchedSample& sample : samples) containers.push_back(*open_container(sample.encoded.pieces[0].bytes));
+  for (const PatchedSample& sample : samples)
+    containers.push_back(*open_container(sample.encoded.pieces[0].bytes));
   std::vector<DecodeTask> tasks;
   for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
   for (const uint64_t limit : {uint64_t{1}, uint64_t{4'000'000}, uint64_t{0}}) {

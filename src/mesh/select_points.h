@@ -1,0 +1,43 @@
+// Some points of a mesh, and which points faces use.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "src/mesh/mesh.h"
+#include "src/span.h"
+
+namespace psplit {
+
+// The rows with these numbers, in their order. A row has `width` bytes.
+inline Array<std::byte> select_rows(Span<const std::byte> values, size_t width, Span<const uint32_t> rows) {
+  Array<std::byte> selected(width * rows.size());
+  for (size_t i = 0; i < rows.size(); ++i)
+    std::memcpy(selected.data() + i * width, values.data() + rows[i] * width, width);
+  return selected;
+}
+
+inline Attribute select_points(const Attribute& attribute, Span<const uint32_t> points) {
+  return {attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized,
+          select_rows(attribute.values, attribute.stride(), points)};
+}
+
+// A mesh with these points of `mesh`, and without faces.
+inline Mesh select_points(const Mesh& mesh, Span<const uint32_t> points) {
+  Mesh selected;
+  selected.point_count = static_cast<uint32_t>(points.size());
+  for (const Attribute& attribute : mesh.attributes) selected.attributes.push_back(select_points(attribute, points));
+  return selected;
+}
+
+// For each point 1 if a face uses it, otherwise 0.
+inline std::vector<uint8_t> used_points(const Mesh& mesh) {
+  std::vector<uint8_t> used(mesh.point_count, 0);
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) used[point] = 1;
+  return used;
+}
+
+}  // namespace psplit
