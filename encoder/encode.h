@@ -69,7 +69,7 @@ inline constexpr int kMostEncodeSpeed = 10;
 struct EncodeOptions : CodingOptions {
   PatchTarget patches{};
   Storage storage = Storage::kAsFits;
-  // One of these replaces position_bits (encoder/coding/position_bits.h). Meshes that share a grid share the
+  // One of these replaces position_bits. Meshes that share a grid share the
   // bits that suffice for all of them.
   bool position_bits_by_edges = false;  // the fewest bits that the edges allow
   double max_position_error = 0;        // the fewest bits for an error of at most this, in the mesh's own units
@@ -144,7 +144,7 @@ struct KeptMesh {
 };
 
 // Chooses how the attributes of all meshes are stored, and into how many patches each is cut. Grids whose bits
-// are not given are finer where they would lose what a mesh tells apart (precision_guard.h). Values of
+// are not given are finer where they would lose what a mesh tells apart. Values of
 // quantized attributes that exceed glTF's limits by rounding noise are set to the limits, and weights are
 // rounded to their grid so that they keep their sum. `failed`, if it is not null, gets the number of the mesh
 // of an error. Errors: kUsage for options that are out of their range, or contradict each other; kInvalidInput,

@@ -15,7 +15,7 @@
 
 namespace psplit {
 
-class StoredBytes;  // encoder/spill.h
+class StoredBytes;  // bytes that do not have to fit into memory
 
 struct EncodeStatistics {
   uint32_t patch_count = 0;    // without the residue

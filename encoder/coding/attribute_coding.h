@@ -13,8 +13,8 @@ struct AttributeCoding {
   int bits = 0;             // 1 to kMostGridBits; only for kFloat32 attributes
   bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 or more)
   // The grid of every other quantized attribute: value = origin + i * range / (2^bits - 1). Each component has
-  // an origin of its own. Meshes that must fit together need the same grid. fit_grid (quantization.h) makes
-  // grids that libdraco reproduces to the bit.
+  // an origin of its own. Meshes that must fit together need the same grid. The encoder fits grids that
+  // libdraco reproduces to the bit.
   std::vector<float> origin;
   float range = 0;
   bool exact = false;  // every value is on the grid, and comes back as it is

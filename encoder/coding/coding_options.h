@@ -17,7 +17,7 @@ struct GivenBits {
 struct CodingOptions {
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
   bool lossless = false;  // every attribute exactly as it is
-  // Grids of given bits stay, even if they lose what the mesh tells apart (precision_guard.h).
+  // Grids of given bits stay, even if they lose what the mesh tells apart.
   GivenBits given{};
   std::set<std::string> exact{};  // names of attributes that are kept exactly
 

@@ -28,7 +28,8 @@ inline Attribute select_points(const Attribute& attribute, Span<const uint32_t> 
 inline Mesh select_points(const Mesh& mesh, Span<const uint32_t> points) {
   Mesh selected;
   selected.point_count = static_cast<uint32_t>(points.size());
-  for (const Attribute& attribute : mesh.attributes) selected.attributes.push_back(select_points(attribute, points));
+  for (const Attribute& attribute : mesh.attributes)
+    selected.attributes.push_back(select_points(attribute, points));
   return selected;
 }
 
