@@ -270,6 +270,44 @@ TEST(CEncode, ProgressCountsFaces) {
   EXPECT_EQ(seen.back().first, mesh.faces.size());
 }
 
+TEST(CEncode, StopEndsTheWork) {
+  const CSource source(make_grid(60, 60));
+  psplit_stop* stop = nullptr;
+  ASSERT_EQ(psplit_stop_create(&stop, nullptr), PSPLIT_OK);
+  for (const psplit_kind kind : {PSPLIT_KIND_PATCHES, PSPLIT_KIND_DRACO})
+    for (const bool is_set_before : {true, false}) {
+      if (kind == PSPLIT_KIND_DRACO && !is_set_before) continue;  // it has one patch
+      SCOPED_TRACE(kind);
+      psplit_stop_set(stop, is_set_before ? 1 : 0);
+      psplit_encode_options options = default_options();
+      options.kind = kind;
+      options.patch_count = kind == PSPLIT_KIND_PATCHES ? 12 : 0;
+      options.threads = 1;
+      options.stop = stop;
+      options.user = stop;
+      options.progress = [](void* user, size_t, size_t) {
+        psplit_stop_set(static_cast<psplit_stop*>(user), 1);
+      };
+      EXPECT_EQ(encode(source.source, &options).code, PSPLIT_ERROR_CANCELLED);
+      psplit_stop_set(stop, 0);
+      options.progress = nullptr;
+      EXPECT_EQ(encode(source.source, &options).code, PSPLIT_OK);
+    }
+  psplit_stop_free(stop);
+}
+
+TEST(CEncode, NotesSayWhatTheBitsLose) {
+  const CSource source(make_grid(60, 60));
+  psplit_encode_options options = default_options();
+  options.position_bits = 3;
+  const Result result = encode(source.source, &options);
+  ASSERT_EQ(result.code, PSPLIT_OK);
+  ASSERT_GT(result.info.note_count, 0u);
+  EXPECT_NE(std::string(psplit_encoded_note(result.encoded.get(), 0)).find("POSITION"), std::string::npos);
+  EXPECT_EQ(psplit_encoded_note(result.encoded.get(), result.info.note_count), nullptr);
+  EXPECT_EQ(psplit_encoded_note(nullptr, 0), nullptr);
+}
+
 TEST(CEncode, WrongSourcesAreErrors) {
   const Mesh mesh = make_grid(4, 4);
   const auto expect = [&](psplit_code code, const char* text, auto change) {

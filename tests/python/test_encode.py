@@ -1,5 +1,8 @@
 """psplit.encode makes streams of libdraco, within the precision that it promises."""
+import _thread
 import struct
+import threading
+import time
 
 import numpy as np
 import psplit
@@ -212,3 +215,20 @@ def test_decode_container_decodes_streams_of_gltf(stream):
     assert np.array_equal(mesh.points, expected.points) and np.array_equal(mesh.faces, expected.faces)
     with pytest.raises(psplit.Error, match="extension|none of"):
         psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="EXT_other")
+
+
+def test_ctrl_c_stops_encoding():
+    points, faces, *_ = torus(1000, 750)
+
+    def seconds():
+        start = time.process_time()
+        psplit.encode_container(points, faces, threads=1)
+        return time.process_time() - start
+
+    whole, start = seconds(), time.process_time()
+    timer = threading.Timer(whole / 10, _thread.interrupt_main)
+    with pytest.raises(KeyboardInterrupt):
+        timer.start()
+        seconds()
+    # An interrupt that waits for the end would take as long as the whole.
+    assert time.process_time() - start < 0.7 * whole

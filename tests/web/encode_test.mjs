@@ -232,6 +232,11 @@ test('a worker encodes: the same bytes, progress, transfer and abort', async () 
   await assert.rejects(encoder.encodeMesh(mesh, { patchFaces: 100, signal: stop.signal, onProgress: () => stop.abort() }), { code: 'aborted' });
   await assert.rejects(encoder.encodeMesh(mesh, { signal: stop.signal }), { code: 'aborted' });
   await assert.rejects(encodeMesh(mesh, { signal: stop.signal }), { code: 'aborted' });
+  // The calling thread is busy, but its own function may abort.
+  const own = new AbortController();
+  let calls = 0;
+  await assert.rejects(encodeMesh(mesh, { patchFaces: 100, signal: own.signal, onProgress: () => (++calls === 2 && own.abort()) }), { code: 'aborted' });
+  assert.equal(calls, 2);
   await assert.rejects(encoder.encodeMesh(mesh, { onProgress: () => { throw new Error('of the caller'); } }), { message: 'of the caller' });
   assert.deepEqual(await encoder.encodeMesh(mesh, { patchFaces: 3000, transfer: true }), expected);
   assert.equal(mesh.indices.length, 0, 'the worker took the array');
