@@ -36,7 +36,7 @@ namespace psplit {
 // What becomes of a mesh.
 enum class Storage : uint8_t {
   kAsFits,     // a container of patches; one Draco stream if the mesh is not split
-  kContainer,  // a container, of one patch if the mesh is not split
+  kContainer,  // a container, of one patch if the mesh is not split; see also PatchTarget::always
   kStreams,    // each patch as a Draco stream of its own. Points at borders are in several
   kOneStream,  // one Draco stream, which drops unused points and degenerate faces
   kInOrder,    // one sequential Draco stream, which keeps all faces and points, and their order

@@ -28,7 +28,7 @@ struct PatchTarget {
   uint64_t most = 0;         // of a primitive, if count and faces are 0; 0 means no bound
   // Smaller primitives stay whole. 0 means kMinFaces if count and faces are 0, and no bound otherwise.
   uint64_t min_faces = 0;
-  bool always = false;  // store primitives that stay whole as one patch of the extension, too
+  bool always = false;  // store meshes that stay whole as one patch, too, and patches whatever they cost
 
   // Whether the caller asks for patches, and does not leave it to the size of each primitive.
   bool is_given() const { return count > 0 || faces > 0 || always; }

@@ -84,6 +84,7 @@ Expected<Options> read_options(const psplit_encode_options* from) {
   encode.storage = storage_of(stated.kind);
   encode.encode_speed = stated.speed;
   encode.patches.count = stated.patch_count;
+  encode.patches.always = stated.kind == PSPLIT_KIND_PATCHES;
   encode.patches.faces = stated.patch_count > 0 ? 0 : stated.patch_faces;
   encode.position_bits = bits_of(stated.position_bits);
   encode.normal_bits = bits_of(stated.normal_bits);

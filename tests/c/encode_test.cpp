@@ -105,7 +105,7 @@ TEST(CEncode, ContainersAreThoseOfTheEncoder) {
   for (const auto& [name, mesh] : all_meshes()) {
     SCOPED_TRACE(name);
     EncodeOptions expected_options;
-    expected_options.storage = Storage::kContainer;
+    expected_options.patches.always = true;
     expected_options.patches.count = 3;
     const Expected<EncodedMesh> expected = encode(mesh, expected_options, pool);
     if (!expected) {
