@@ -13,6 +13,7 @@
 #include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/convert/texture_reads.h"
+#include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
