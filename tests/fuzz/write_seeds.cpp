@@ -39,7 +39,7 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
     // Patches of the smallest mesh would not get smaller.
     psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
-      (void)psplit::encode_document(document, DocumentOptions{.patches = {.count = 2, .always = true}},
+      (void)psplit::encode_document(document, psplit::DocumentOptions{.patches = {.count = 2, .always = true}},
                                     psplit::draco_backend(), pool);
     if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
     if (form == 3) {
