@@ -53,9 +53,9 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
           Json::array({{{"POSITION", document.json()["accessors"].size() - 1}}});
     }
     if (form == 4)
-      (void)psplit::encode_document(document,
-                                    DocumentOptions{.patches = {.count = 3, .always = true}, .condense = true},
-                                    psplit::draco_backend(), pool);
+      (void)psplit::encode_document(
+          document, psplit::DocumentOptions{.patches = {.count = 3, .always = true}, .condense = true},
+          psplit::draco_backend(), pool);
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
     // A .gltf whose bytes are in a data URI without base64.
     Json json = document.json();
