@@ -36,14 +36,13 @@ Status check_options(const EncodeOptions& options) {
   return {};
 }
 
-bool drops_all_that_draws_nothing(Storage storage) { return storage == Storage::kOneStream; }
-
 ReduceOptions reduce_options(const EncodeOptions& options) {
   if (options.storage == Storage::kInOrder) return {.keep_duplicates = true};
-  return {options.keep_duplicates, !options.keep_degenerate || drops_all_that_draws_nothing(options.storage),
-          // A patch of its own cannot store unused points.
-          !options.keep_unused || options.storage == Storage::kStreams ||
-              drops_all_that_draws_nothing(options.storage)};
+  const bool is_stock = options.storage == Storage::kOneStream;
+  // A patch of its own cannot store unused points.
+  const bool cannot_keep_unused = is_stock || options.storage == Storage::kStreams;
+  return {options.keep_duplicates, !options.keep_degenerate || is_stock,
+          !options.keep_unused || cannot_keep_unused};
 }
 
 // What keeps points apart whose attributes are equal: `stride` bytes for each.

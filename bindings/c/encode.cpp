@@ -22,7 +22,7 @@ struct psplit_encoded {
 namespace psplit::c {
 namespace {
 
-// Those of the encoder, which may be missing.
+// The defaults of the encoder, without which this library may be built.
 void set_defaults(psplit_encode_options& options) {
   options.kind = PSPLIT_KIND_NONE;
   options.speed = 5;
@@ -37,7 +37,7 @@ void set_defaults(psplit_encode_options& options) {
 
 constexpr int kExactly = -1;
 
-// In C, 0 stands for what is usual, so exact values have another number.
+// In the interface for C, 0 means the default, and -1 exact values.
 int bits_of(int32_t bits) { return bits == kExactly ? 0 : bits; }
 
 Status check_bits(const char* what, int32_t bits) {

@@ -460,8 +460,8 @@ typedef struct psplit_encoded_info {
 } psplit_encoded_info;
 PSPLIT_API psplit_code psplit_encoded_get_info(const psplit_encoded* encoded, psplit_encoded_info* info,
                                                psplit_error* error);
-// What was done for the precision of the mesh, or what it lost: a sentence in UTF-8. NULL if there is no such
-// note.
+// A sentence in UTF-8 about the precision of the mesh: what the encoder did for it, or what it lost. NULL if
+// there is no such note.
 PSPLIT_API const char* psplit_encoded_note(const psplit_encoded* encoded, uint32_t note);
 // How psplit_source, or glTF's JSON, requests an attribute.
 PSPLIT_API psplit_code psplit_encoded_get_attribute(const psplit_encoded* encoded, uint32_t attribute,
