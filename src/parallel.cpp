@@ -11,7 +11,7 @@ namespace psplit {
 
 struct ThreadPool::Arena {
   int thread_count;
-  std::optional<TaskArena> own{};
+  std::optional<TaskArena> own{};  // with more than one thread
   RunTasks run_tasks{};  // if there are no threads of its own
 };
 
@@ -29,12 +29,12 @@ ThreadPool::~ThreadPool() = default;
 int ThreadPool::thread_count() const { return arena_->thread_count; }
 
 void ThreadPool::for_each(size_t count, const std::function<void(size_t)>& body) const {
-  if (arena_->thread_count == 1 || count < 2) {
-    for (size_t i = 0; i < count; ++i) body(i);
-  } else if (arena_->own) {
+  if (count > 1 && arena_->run_tasks) {
+    arena_->run_tasks(count, body);
+  } else if (count > 1 && arena_->own) {
     arena_->own->run(count, body);
   } else {
-    arena_->run_tasks(count, body);
+    for (size_t i = 0; i < count; ++i) body(i);
   }
 }
 

@@ -22,8 +22,9 @@ class PSPLIT_EXPORT ThreadPool {
  public:
   // 0 means one thread for each processor of the machine.
   explicit ThreadPool(int thread_count = 0);
-  // Has no threads of its own: run_tasks runs all tasks, on the jobs of an engine for example. At most
-  // `thread_count` of them are expected to run at once; work is divided for as many.
+  // Has no threads of its own: run_tasks runs the tasks, on the jobs of an engine for example, except a single
+  // one, which is simply called. At most `thread_count` of them are expected to run at once; work is divided
+  // for as many.
   ThreadPool(int thread_count, RunTasks run_tasks);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;

@@ -221,14 +221,18 @@ def test_ctrl_c_stops_encoding():
     points, faces, *_ = torus(1000, 750)
 
     def seconds():
+        """Of the processor, which other processes hardly change."""
         start = time.process_time()
         psplit.encode_container(points, faces, threads=1)
         return time.process_time() - start
 
-    whole, start = seconds(), time.process_time()
-    timer = threading.Timer(whole / 10, _thread.interrupt_main)
-    with pytest.raises(KeyboardInterrupt):
-        timer.start()
-        seconds()
-    # An interrupt that waits for the end would take as long as the whole.
-    assert time.process_time() - start < 0.7 * whole
+    def seconds_until_interrupted(delay):
+        start = time.process_time()
+        with pytest.raises(KeyboardInterrupt):
+            threading.Timer(delay, _thread.interrupt_main).start()
+            seconds()
+        return time.process_time() - start
+
+    # It stops after a sixth of the whole. An interrupt that waits for the end takes the whole each time.
+    whole = seconds()
+    assert any(seconds_until_interrupted(whole / 20) < 0.6 * whole for _ in range(5))

@@ -151,6 +151,14 @@ TEST(ThreadPool, GivesTasksToTheCallersExecutor) {
   EXPECT_EQ(calls, (std::vector<size_t>{3, 2}));
 }
 
+// So that it may leave tasks out where there is one thread too.
+TEST(ThreadPool, GivesTasksToAnExecutorOfOneThread) {
+  std::vector<size_t> calls;
+  const ThreadPool pool(1, [&](size_t count, const std::function<void(size_t)>&) { calls.push_back(count); });
+  pool.for_each(3, [](size_t) { FAIL() << "the executor did not call it"; });
+  EXPECT_EQ(calls, (std::vector<size_t>{3}));
+}
+
 TEST(ThreadPool, EndsWithoutUse) {
   for (int i = 0; i < 20; ++i) ThreadPool pool(8);
   for (int i = 0; i < 20; ++i) {
