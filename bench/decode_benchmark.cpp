@@ -3,9 +3,9 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/samples.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {

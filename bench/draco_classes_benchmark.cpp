@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "bindings/libdraco/draco_decoder.h"
+#include "psplit/draco_decoder.h"
 
 namespace {
 

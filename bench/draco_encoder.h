@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

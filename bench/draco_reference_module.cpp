@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 
 namespace {
 

@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/samples.h"
-#include "decoder_cuda/psplit_cuda.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/cuda.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {

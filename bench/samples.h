@@ -19,7 +19,8 @@
 #include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {

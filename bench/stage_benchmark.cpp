@@ -13,8 +13,8 @@
 
 #include "bench/draco_stages.h"
 #include "bench/samples.h"
-#include "encoder/libdraco/draco_backend.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/cpu/staged_decode.h"
 
 namespace psplit {

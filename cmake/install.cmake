@@ -2,7 +2,9 @@
 # command with its manual page.
 include(CMakePackageConfigHelpers)
 
-install(DIRECTORY ${PROJECT_BINARY_DIR}/include/psplit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+list(JOIN headers "|" names)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/psplit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING
+        REGEX "/(${names})[.]hp*$")
 
 # Libraries find each other in their own folder.
 if(APPLE)

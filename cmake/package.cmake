@@ -4,45 +4,19 @@
 # The command and the tests link the libraries of the tree instead, because shared libraries hide what tests need.
 
 set(components decoder cuda)
-set(headers
-    src/psplit.hpp src/export.h src/span.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
-    src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/cpu/draco_metadata.h src/cpu/draco_stream.h
-    src/loader/loader.h decoder_cuda/psplit_cuda.h bindings/libdraco/draco_decoder.h)
+set(headers base cuda decode draco_decoder draco_types loader mesh parallel psplit version)
 if(PSPLIT_HAS_TINYGLTF)
   list(APPEND components tinygltf)
-  list(APPEND headers gltf_ext/tinygltf/tinygltf_plugin.h)
+  list(APPEND headers tinygltf)
 endif()
 if(PSPLIT_BUILD_ENCODER)
   list(APPEND components encoder gltf)
-  list(APPEND headers
-       encoder/coding/attribute_coding.h encoder/coding/coding_options.h encoder/encode.h
-       encoder/encoded_mesh.h encoder/libdraco/draco_backend.h encoder/partition/partition.h encoder/patch_counts.h src/mesh/mesh_view.h
-       gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
-       gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
-       gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h system/mapped_file.h
-       gltf_ext/primitive/memory_limit.h
-       gltf_ext/document/write_document.h gltf_ext/json/extension_names.h gltf_ext/json/json.h gltf_ext/json/json_fwd.h src/container/stream_entry.h)
+  list(APPEND headers document encode gltf)
 endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
 set(encoder_objects psplit_encoder psplit_partition)
 set(gltf_objects psplit_gltf psplit_mesh_files psplit_documents psplit_json)
-
-if(PSPLIT_BUILD_C)
-  list(APPEND headers bindings/c/psplit.h)
-endif()
-
-# All headers lie under psplit/: src/psplit.hpp is <psplit/psplit.hpp>, bindings/c/psplit.h <psplit/psplit.h>,
-# bindings/libdraco/draco_decoder.h <psplit/draco_decoder.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
-foreach(header IN LISTS headers)
-  file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext|system)/" "#include \"psplit/\\1/" text "${text}")
-  string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
-  string(REGEX REPLACE "src/([a-z0-9_/]+\\.h)" "\\1" text "${text}") # in comments
-  string(REGEX REPLACE "^(src|bindings/c|bindings/libdraco)/" "" installed ${header})
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
-  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
-endforeach()
 
 include(GNUInstallDirs)
 foreach(component IN LISTS components)
@@ -63,7 +37,7 @@ foreach(component IN LISTS components)
                         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   target_compile_features(${package} PUBLIC cxx_std_17)
   target_compile_definitions(${package} PUBLIC $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_SHARED>)
-  target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+  target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   if(PSPLIT_SANITIZE)
     target_link_options(${package} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
@@ -154,7 +128,7 @@ if(PSPLIT_BUILD_C)
   add_library(psplit::c ALIAS psplit_c_package)
   # The number of the interface, not of the project.
   set_target_properties(psplit_c_package PROPERTIES EXPORT_NAME c VERSION 0.1 SOVERSION 0)
-  target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+  target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   psplit_exporting(psplit_unity_package MODULE dracodec_unity bindings/c/unity/plugin.map "psplit_unity;psplit_decoder"
                    ${PSPLIT_THREADS_LIBRARIES})

@@ -1,5 +1,5 @@
 // Replaces the CUDA decoder in builds without a CUDA toolkit, so that callers need no #ifdef.
-#include "decoder_cuda/psplit_cuda.h"
+#include "psplit/cuda.h"
 
 namespace psplit {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "decoder_cuda/cuda_kernels.cuh"
 #include "decoder_cuda/host_decoder.h"
-#include "decoder_cuda/psplit_cuda.h"
+#include "psplit/cuda.h"
 
 namespace psplit {
 

@@ -1,6 +1,6 @@
 #include "decoder_cuda/cuda_kernels.cuh"
 #include "decoder_cuda/prepared_batch.h"
-#include "decoder_cuda/psplit_cuda.h"
+#include "psplit/cuda.h"
 
 namespace psplit {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "decoder_cuda/warp_lanes.cuh"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "decoder_cuda/launch_plan.h"
-#include "decoder_cuda/psplit_cuda.h"
 #include "decoder_cuda/stream_bodies.h"
+#include "psplit/cuda.h"
+#include "psplit/decode.h"
 #include "src/container/claims.h"
-#include "src/container/stream_description.h"
+#include "src/container/stored_type.h"
 
 namespace psplit {
 

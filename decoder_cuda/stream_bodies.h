@@ -30,7 +30,7 @@ namespace psplit {
 // A requested attribute: CudaAttribute in the core's terms.
 struct AttributeTarget {
   uint32_t unique_id = 0;
-  core::DataType type = core::DataType::kFloat32;
+  DataType type = DataType::kFloat32;
   uint8_t components = 0;
   uint8_t* values = nullptr;  // of the primitive's first point
   uint32_t stride = 0;        // bytes from one point to the next
@@ -40,12 +40,12 @@ struct AttributeTarget {
   PSPLIT_HD bool is_aligned() const {
     return (reinterpret_cast<uintptr_t>(values) | stride) % core::data_type_bytes(type) == 0;
   }
-  PSPLIT_HD bool fits(core::DataType stored, core::Coding coding, uint8_t bits) const {
+  PSPLIT_HD bool fits(DataType stored, core::Coding coding, uint8_t bits) const {
     if (type == stored) return grid == nullptr;
-    const uint32_t bytes = type == core::DataType::kUint8    ? 1
-                           : type == core::DataType::kUint16 ? 2
-                           : type == core::DataType::kUint32 ? 4
-                                                             : 0;
+    const uint32_t bytes = type == DataType::kUint8    ? 1
+                           : type == DataType::kUint16 ? 2
+                           : type == DataType::kUint32 ? 4
+                                                       : 0;
     return coding == core::Coding::kQuantized && bits <= 8 * bytes;
   }
 };

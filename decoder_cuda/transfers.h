@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

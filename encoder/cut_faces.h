@@ -9,7 +9,7 @@
 #include "encoder/partition/partition.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -1,4 +1,4 @@
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 
 #include <algorithm>
 #include <atomic>

@@ -6,15 +6,13 @@
 #include <cstdint>
 #include <functional>
 
-#include "encoder/coding/attribute_coding.h"
-#include "encoder/encode.h"
 #include "encoder/partition/partition.h"
 #include "encoder/welding/reduce.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/span.h"
-#include "src/status.h"
 
 namespace psplit {
 

@@ -17,10 +17,10 @@
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
+#include "psplit/decode.h"
 #include "src/container/condensed_head.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "src/mesh/select_points.h"
 #include "src/stopwatch.h"
 

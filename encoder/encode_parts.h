@@ -16,18 +16,15 @@
 #include <memory>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/mesh_parts.h"
 #include "encoder/partition/partition.h"
 #include "encoder/spill.h"
-#include "src/container/decode_backend.h"
-#include "src/container/stream_entry.h"
-#include "src/mesh/mesh.h"
-#include "src/mesh/value_bounds.h"
-#include "src/parallel.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

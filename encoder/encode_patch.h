@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/libdraco/patch_stream.h"
 #include "encoder/stream/encode_stream.h"
@@ -13,7 +12,8 @@
 #include "encoder/stream/smallest_stream.h"
 #include "encoder/stream/stream_steps.h"
 #include "encoder/welding/weld.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

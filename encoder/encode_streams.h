@@ -9,9 +9,9 @@
 #include "encoder/cut_faces.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/stitching/build_stitching.h"
-#include "src/container/stream_entry.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

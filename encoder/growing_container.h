@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "encoder/spill.h"
-#include "src/container/decode_backend.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/container_decoder.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
 
 namespace psplit {
 

@@ -1,11 +1,10 @@
-#include "encoder/patch_counts.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
 
 #include "encoder/partition/partition.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

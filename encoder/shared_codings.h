@@ -10,10 +10,10 @@
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/precision_guard.h"
-#include "encoder/encode.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 
@@ -40,5 +40,8 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* 
                                                         const EncodeOptions& options,
                                                         std::span<std::vector<AttributeCoding>> codings,
                                                         const ThreadPool& pool);
+
+// For each point of a planned mesh 1 if encode() stores its values, otherwise 0.
+std::vector<uint8_t> stored_points(const MeshToEncode& mesh, const EncodeOptions& options);
 
 }  // namespace psplit

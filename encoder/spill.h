@@ -8,8 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

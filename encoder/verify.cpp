@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "encoder/coding/quantization.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {

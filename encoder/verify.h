@@ -7,11 +7,11 @@
 #include <optional>
 #include <span>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/container/decode_backend.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "src/container/decode_backend.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

@@ -11,7 +11,8 @@
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "mesh_files/draco_metadata_json.h"
 #include "mesh_files/rounded_numbers.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "src/container/stored_type.h"
 
 namespace psplit {
 namespace {
@@ -47,22 +48,22 @@ uint64_t count_rounded(const GeometryAttribute& attribute) {
 // The number of values that no float is equal to.
 uint64_t count_rounded_values(const GeometryAttribute& attribute) {
   switch (attribute.type()) {
-    case core::DataType::kInt32: return count_rounded<int32_t>(attribute);
-    case core::DataType::kUint32: return count_rounded<uint32_t>(attribute);
-    case core::DataType::kInt64: return count_rounded<int64_t>(attribute);
-    case core::DataType::kUint64: return count_rounded<uint64_t>(attribute);
-    case core::DataType::kFloat64: return count_rounded<double>(attribute);
+    case DataType::kInt32: return count_rounded<int32_t>(attribute);
+    case DataType::kUint32: return count_rounded<uint32_t>(attribute);
+    case DataType::kInt64: return count_rounded<int64_t>(attribute);
+    case DataType::kUint64: return count_rounded<uint64_t>(attribute);
+    case DataType::kFloat64: return count_rounded<double>(attribute);
     default: return 0;
   }
 }
 
 // Whether the values become floats.
 bool may_be_rounded(const StreamAttribute& attribute, const AttributeRequest& request) {
-  return attribute.type != core::DataType::kFloat32 && request.component_type == ComponentType::kFloat32;
+  return attribute.type != DataType::kFloat32 && request.component_type == ComponentType::kFloat32;
 }
 
 const char* kind_of(const StreamAttribute& attribute) {
-  if (attribute.type == core::DataType::kFloat64) return "double";
+  if (attribute.type == DataType::kFloat64) return "double";
   return attribute.normalized ? "fraction" : "whole number";
 }
 

@@ -6,15 +6,15 @@
 
 #include "gltf_ext/document/document.h"
 #include "mesh_files/mesh_file.h"
-#include "src/container/stream_description.h"
-#include "src/mesh/mesh.h"
+#include "psplit/decode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 
 // Whether bytes begin with the magic of Draco.
 bool is_draco(std::span<const uint8_t> bytes);
 
-// Decodes a point cloud to a mesh without faces, and describes it: decode_draco (src/cpu/draco_stream.h) does.
+// Decodes a point cloud to a mesh without faces, and describes it: decode_draco (psplit/decode.h) does.
 using DecodePoints = std::function<Expected<Mesh>(std::span<const uint8_t> stream, StreamDescription&)>;
 
 // A document of one node. Its primitive holds the unchanged stream as KHR_draco_mesh_compression, with the

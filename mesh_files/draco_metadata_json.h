@@ -3,8 +3,7 @@
 
 #include "gltf_ext/json/json.h"
 #include "mesh_files/mesh_file.h"
-#include "src/container/stream_description.h"
-#include "src/cpu/draco_metadata.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

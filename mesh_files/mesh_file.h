@@ -13,8 +13,8 @@
 #include "gltf_ext/json/json.h"
 #include "mesh_files/origin.h"
 #include "mesh_files/triangulate.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mesh_files/scanner.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -4,7 +4,7 @@
 #include "mesh_files/mesh_file.h"
 #include "mesh_files/ply_header.h"
 #include "mesh_files/scanner.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -12,7 +12,7 @@
 #include "mesh_files/obj.h"
 #include "mesh_files/origin.h"
 #include "mesh_files/scanner.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
 #include "system/mapped_file.h"
 #include "system/operating_system.h"
 

@@ -5,7 +5,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

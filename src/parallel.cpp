@@ -1,4 +1,4 @@
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 #include <algorithm>
 #include <optional>
@@ -12,7 +12,7 @@ namespace psplit {
 struct ThreadPool::Arena {
   int thread_count;
   std::optional<TaskArena> own{};  // with more than one thread
-  RunTasks run_tasks{};  // if there are no threads of its own
+  RunTasks run_tasks{};            // if there are no threads of its own
 };
 
 ThreadPool::ThreadPool(int thread_count) : arena_(std::make_unique<Arena>()) {

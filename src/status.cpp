@@ -1,4 +1,4 @@
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

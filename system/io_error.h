@@ -4,7 +4,7 @@
 #include <string>
 #include <system_error>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

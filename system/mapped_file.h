@@ -6,38 +6,29 @@
 #include <functional>
 #include <memory>
 
-#include "src/export.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 
 class UnnamedFile;
-
-// How the bytes of large files get into memory.
-enum class FileAccess {
-  kRead,  // they are copied
-  // They are mapped (MappedFile). If such a file gets shorter or unreadable while it is mapped, the process
-  // ends with a message and the code kIo: a choice for commands, not for a library.
-  kMap,
-};
 
 // Copies share the file; it is closed with the last of them. All functions are thread-safe. If the system
 // cannot map the file, its bytes are read.
 class MappedFile {
  public:
   // The whole of a regular file, or its first `limit` bytes if it is longer. Errors: those of read_file.
-  PSPLIT_EXPORT static Expected<MappedFile> open(const std::filesystem::path& path,
-                                                 uint64_t limit = UINT64_MAX);
+  static Expected<MappedFile> open(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
 
   // The bytes that were written to a temporary file, whose space is given back with the last copy. Empty if
   // there are none. Errors: kMayPass if it cannot be mapped.
-  PSPLIT_EXPORT static Expected<MappedFile> open(const UnnamedFile& file);
+  static Expected<MappedFile> open(const UnnamedFile& file);
 
   Span<const uint8_t> bytes() const { return bytes_; }
+  // What keeps the bytes.
+  std::shared_ptr<const void> owner() const { return owner_; }
 
   // The same file, but fewer of its bytes. The range must be within bytes().
-  PSPLIT_EXPORT MappedFile range(uint64_t offset, uint64_t length) const;
+  MappedFile range(uint64_t offset, uint64_t length) const;
 
  private:
   friend class FileMemory;
@@ -66,7 +57,6 @@ inline constexpr uint64_t kReleaseStep = uint64_t{8} << 20;
 
 // Calls `visit` for the bytes in steps of kReleaseStep, and releases each step that is a part of a MappedFile.
 // `visit` returns whether to continue. Returns false if it stopped.
-PSPLIT_EXPORT bool visit_and_release(Span<const uint8_t> bytes,
-                                     const std::function<bool(Span<const uint8_t>)>& visit);
+bool visit_and_release(Span<const uint8_t> bytes, const std::function<bool(Span<const uint8_t>)>& visit);
 
 }  // namespace psplit

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 #include "system/io_error.h"
 
 namespace psplit {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <system_error>
 
-#include "src/status.h"
+#include "psplit/base.h"
 #include "system/removed_at_stop.h"
 
 namespace psplit {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

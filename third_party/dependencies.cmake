@@ -54,7 +54,7 @@ if(PSPLIT_BUILD_ENCODER)
   # zlib: mesh files compressed by gzip.
   find_package(ZLIB REQUIRED)
 endif()
-# oneTBB: the pool of threads behind src/parallel.h, unless the standard library is.
+# oneTBB: the pool of threads behind psplit/parallel.h, unless the standard library is.
 find_package(Threads REQUIRED)
 if(NOT PSPLIT_THREADS MATCHES "^(AUTO|TBB|STD)$")
   message(FATAL_ERROR "PSPLIT_THREADS is ${PSPLIT_THREADS}; it takes AUTO, TBB or STD")

@@ -4,10 +4,11 @@
 #ifdef PSPLIT_C_HAS_ENCODER
 #include <map>
 
-#include "encoder/encode.h"
+#include "psplit/encode.h"
+#include "src/container/stored_type.h"
 #endif
 
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
 
 struct psplit_encoded {
   psplit_kind kind = PSPLIT_KIND_NONE;

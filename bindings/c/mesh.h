@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "bindings/c/support.h"
-#include "src/container/stream_description.h"
-#include "src/cpu/draco_stream.h"
-#include "src/loader/loader.h"
+#include "psplit/decode.h"
+#include "psplit/loader.h"
 
 namespace psplit::c {
 
@@ -19,7 +18,7 @@ struct MeshAttribute {
   std::string name;
   uint32_t unique_id = 0;
   DracoSemantic semantic = DracoSemantic::kGeneric;
-  core::DataType type = core::DataType::kFloat32;
+  DataType type = DataType::kFloat32;
   uint32_t components = 0;
   bool normalized = false;
   size_t value_bytes = 0;

@@ -1,6 +1,6 @@
 #include "bindings/c/support.h"
 
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit::c {
 namespace {

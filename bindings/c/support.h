@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "bindings/c/psplit.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
+#include "psplit/psplit.h"
 #include "src/catch_exceptions.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
 
 struct psplit_pool {
   psplit::ThreadPool threads;

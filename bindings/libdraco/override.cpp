@@ -11,8 +11,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "bindings/libdraco/draco_decoder.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/draco_decoder.h"
 
 namespace {
 

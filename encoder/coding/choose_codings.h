@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/coding_options.h"
 #include "encoder/coding/quantization.h"
-#include "src/mesh/mesh.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

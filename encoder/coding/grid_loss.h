@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/mesh/mesh.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

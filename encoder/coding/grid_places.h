@@ -3,9 +3,9 @@
 
 #include <functional>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/mesh/mesh.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/choose_codings.h"
-#include "src/mesh/mesh.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -10,10 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/mesh/mesh.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

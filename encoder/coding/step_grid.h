@@ -5,9 +5,9 @@
 #include <array>
 #include <optional>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/coding/quantization.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

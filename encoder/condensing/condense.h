@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
-#include "src/parallel.h"
 
 namespace psplit {
 

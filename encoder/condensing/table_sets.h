@@ -2,7 +2,7 @@
 #pragma once
 
 #include "encoder/condensing/shared_models.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

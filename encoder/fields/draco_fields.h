@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
+#include "psplit/base.h"
 #include "src/core/condensed/skeleton.h"
 #include "src/core/edgebreaker_symbols.h"
-#include "src/status.h"
 
 namespace psplit {
 

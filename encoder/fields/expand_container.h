@@ -2,8 +2,8 @@
 #pragma once
 
 #include "encoder/fields/section_bytes.h"
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
-#include "src/parallel.h"
 
 namespace psplit {
 

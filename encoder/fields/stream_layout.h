@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "psplit/base.h"
 #include "src/container/claims.h"
 #include "src/core/attributes.h"
 #include "src/core/draco_header.h"
 #include "src/core/prediction_data.h"
-#include "src/status.h"
 
 namespace psplit {
 

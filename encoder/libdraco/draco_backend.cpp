@@ -18,6 +18,7 @@
 #include "encoder/libdraco/draco_types.h"
 #include "encoder/libdraco/unfused_values.h"
 #include "encoder/stitching/stitch_map.h"
+#include "psplit/encode.h"
 #include "src/container/claims.h"
 #include "src/container/write_faces.h"
 #include "src/core/stream_header.h"

@@ -3,7 +3,7 @@
 
 #include <draco/attributes/point_attribute.h>
 
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 
@@ -24,7 +24,7 @@ inline StreamAttribute describe_attribute(const draco::PointAttribute& source) {
   StreamAttribute attribute;
   attribute.unique_id = source.unique_id();
   attribute.semantic = static_cast<DracoSemantic>(source.attribute_type());
-  attribute.type = static_cast<core::DataType>(source.data_type());
+  attribute.type = static_cast<DataType>(source.data_type());
   attribute.components = static_cast<uint8_t>(source.num_components());
   attribute.normalized = source.normalized();
   return attribute;

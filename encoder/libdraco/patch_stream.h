@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

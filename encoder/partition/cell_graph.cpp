@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "src/shared_values.h"
+
 namespace psplit {
 namespace {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "encoder/partition/partition_steps.h"
+#include "src/shared_values.h"
 
 namespace psplit {
 namespace {

@@ -11,22 +11,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "src/export.h"
-#include "src/parallel.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
-
-enum class PartitionMethod {
-  kMultilevel,  // levels of cells; the coarsest graph is cut in halves, and borders are refined at each level
-  kPaper,       // farthest-point samples, clusters of faces around them, k-means of the clusters
-};
-
-// How the paper's method measures the distance between faces.
-enum class PathDistance {
-  kDijkstra,  // shortest paths along edges and over the centres of faces
-  kGeodesic,  // fast marching, straight across faces
-};
 
 struct PartitionOptions {
   uint32_t patch_count = 1;  // a target: 0 means 1; with more patches than faces, each face is a patch
@@ -45,14 +34,14 @@ struct Partition {
 // several components, non-manifold edges, degenerate and repeated faces. The faces of a patch are connected by
 // edges, unless whole components were packed into it. The result depends only on the input and the options,
 // never on the number of threads. Two calls may share one pool.
-PSPLIT_EXPORT Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
-                                        const PartitionOptions& options, const ThreadPool& pool);
+Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+                          const PartitionOptions& options, const ThreadPool& pool);
 // The same, which frees the faces as soon as it can.
-PSPLIT_EXPORT Partition partition_faces(std::vector<std::array<uint32_t, 3>>&& faces, uint32_t vertex_count,
-                                        const PartitionOptions& options, const ThreadPool& pool);
+Partition partition_faces(std::vector<std::array<uint32_t, 3>>&& faces, uint32_t vertex_count,
+                          const PartitionOptions& options, const ThreadPool& pool);
 
 // Divides `patch_count` patches between objects (the paper's section 4.3). An object with M of the S faces gets
 // floor(M x patch_count / S) patches, but at least one.
-PSPLIT_EXPORT std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count);
+std::vector<uint32_t> distribute_patches(Span<const uint64_t> face_counts, uint64_t patch_count);
 
 }  // namespace psplit

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "encoder/partition/cell_graph.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -12,7 +12,8 @@
 
 #include "encoder/partition/band_cut.h"
 #include "encoder/partition/cell_graph.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
+#include "src/shared_values.h"
 
 namespace psplit {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "encoder/stitching/stitch_map.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -15,8 +15,8 @@
 #include <span>
 #include <vector>
 
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
-#include "src/parallel.h"
 
 namespace psplit {
 

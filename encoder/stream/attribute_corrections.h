@@ -3,9 +3,9 @@
 #pragma once
 
 #include "encoder/fields/draco_fields.h"
+#include "psplit/base.h"
 #include "src/core/attributes.h"
 #include "src/core/prediction_data.h"
-#include "src/status.h"
 
 namespace psplit {
 

@@ -6,6 +6,7 @@
 
 #include "encoder/fields/entropy_encoder.h"
 #include "src/container/bit_string.h"
+#include "src/container/stored_type.h"
 
 namespace psplit {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 using core::Coding, core::Scheme, core::Transform;
 
 Coding coding_of(const DracoLabel& label, const AttributeCoding& coding) {
-  if (label.type != core::DataType::kFloat32) return Coding::kInteger;
+  if (label.type != DataType::kFloat32) return Coding::kInteger;
   if (coding.bits <= 0) return Coding::kRaw;
   return label.semantic == DracoSemantic::kNormal ? Coding::kNormal : Coding::kQuantized;
 }

@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 #include "src/core/attributes.h"
 #include "src/core/prediction_data.h"
-#include "src/mesh/mesh.h"
 
 namespace psplit {
 
@@ -25,7 +25,7 @@ std::vector<size_t> attribute_order(const Mesh& mesh);
 // How a caller of Draco's own interface describes an attribute, whatever glTF would call it.
 struct DracoLabel {
   DracoSemantic semantic = DracoSemantic::kGeneric;
-  core::DataType type = core::DataType::kFloat32;  // kInt32: signed numbers, which the mesh has as kUint32
+  DataType type = DataType::kFloat32;  // kInt32: signed numbers, which the mesh has as kUint32
 };
 
 // What the choices depend on, besides the attributes.

@@ -100,7 +100,7 @@ Status write_integers(const Attribute& source, const AttributePlan& plan, std::s
     case ComponentType::kInt16: fits = copy_integers<int16_t>(source, rows, to); break;
     case ComponentType::kUint16: fits = copy_integers<uint16_t>(source, rows, to); break;
     case ComponentType::kUint32:
-      fits = copy_integers<uint32_t>(source, rows, to, description.type == core::DataType::kInt32);
+      fits = copy_integers<uint32_t>(source, rows, to, description.type == DataType::kInt32);
       break;
     case ComponentType::kFloat32: fits = false; break;
   }

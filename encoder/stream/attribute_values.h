@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "encoder/stream/attribute_plan.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

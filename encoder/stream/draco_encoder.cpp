@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kFewestOctahedralBits = 2;
 
-bool is_float(const DracoLabel& label) { return label.type == core::DataType::kFloat32; }
+bool is_float(const DracoLabel& label) { return label.type == DataType::kFloat32; }
 bool is_position(const DracoLabel& label) { return label.semantic == DracoSemantic::kPosition; }
 bool is_normal(const DracoLabel& label) { return label.semantic == DracoSemantic::kNormal; }
 
@@ -66,7 +66,7 @@ Status check_integers(const Attribute& attribute) {
 }
 
 Status complete_coding(const Attribute& attribute, const DracoLabel& label, AttributeCoding& coding) {
-  if (label.type == core::DataType::kUint32) return check_integers(attribute);
+  if (label.type == DataType::kUint32) return check_integers(attribute);
   if (!is_float(label) || coding.bits <= 0) return {};
   if (coding.bits > kMostGridBits) return invalid_input(attribute.semantic + ": more than 30 bits");
   coding.octahedral = is_normal(label);

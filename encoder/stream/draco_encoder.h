@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/encode_stream.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -11,12 +11,12 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/fields/draco_fields.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/welding/weld.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
 #include "src/core/attributes.h"
-#include "src/status.h"
 
 namespace psplit {
 

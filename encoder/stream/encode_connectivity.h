@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "encoder/fields/draco_fields.h"
+#include "psplit/base.h"
 #include "src/core/patch.h"
-#include "src/status.h"
 
 namespace psplit {
 

@@ -4,8 +4,8 @@
 
 #include "encoder/stream/patch_steps.h"
 #include "encoder/stream/stream_steps.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {

@@ -9,12 +9,12 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/container/decode_backend.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
-#include "encoder/coding/attribute_coding.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

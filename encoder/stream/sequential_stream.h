@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "encoder/stream/encode_attributes.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

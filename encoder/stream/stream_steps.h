@@ -11,7 +11,7 @@
 #include "encoder/stream/encode_connectivity.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/welding/weld.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "encoder/welding/weld.h"
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

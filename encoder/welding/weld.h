@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -1,6 +1,7 @@
 // What stands for encoder/libdraco in a build without libdraco.
 #include "encoder/libdraco/draco_backend.h"
 #include "encoder/libdraco/patch_stream.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 namespace {

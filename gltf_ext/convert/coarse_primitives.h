@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

@@ -13,9 +13,9 @@
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
-#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "src/container/stream_entry.h"
-#include "src/parallel.h"
+#include "psplit/decode.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -1,5 +1,3 @@
-#include "gltf_ext/convert/decode_document.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -9,6 +7,7 @@
 #include "gltf_ext/convert/stock_rules.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/gltf.h"
 #include "src/container/claims.h"
 #include "src/cpu/checked_decode.h"
 #include "system/operating_system.h"
@@ -292,7 +291,7 @@ class DocumentDecoder {
       described = document_.json()["buffers"][buffer - 1];
       described.erase("uri");
     }
-    document_.buffers.push_back(is_too_large_ ? Buffer(file_->view()) : Buffer(std::move(owned_)));
+    document_.buffers.push_back(is_too_large_ ? buffer_of(file_->view()) : Buffer(std::move(owned_)));
     described["byteLength"] = document_.buffers.back().size();
     document_.json()["buffers"].push_back(std::move(described));
     for (size_t i = 0; i < groups_.size(); ++i) {

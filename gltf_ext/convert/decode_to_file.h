@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "gltf_ext/primitive/memory_limit.h"
 #include "gltf_ext/primitive/mesh_view.h"
+#include "psplit/document.h"
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
-#include "src/parallel.h"
 
 namespace psplit {
 

@@ -1,6 +1,5 @@
-#include "gltf_ext/convert/document_from_mesh.h"
-
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/document.h"
 
 namespace psplit {
 

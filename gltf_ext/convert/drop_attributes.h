@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/document/document.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

@@ -1,5 +1,3 @@
-#include "gltf_ext/convert/encode_document.h"
-
 #include <algorithm>
 #include <atomic>
 #include <iterator>
@@ -17,9 +15,10 @@
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
+#include "psplit/document.h"
+#include "psplit/gltf.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {

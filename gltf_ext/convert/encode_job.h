@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "encoder/encode.h"
-#include "gltf_ext/convert/encode_document_options.h"
-#include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

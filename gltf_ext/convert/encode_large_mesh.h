@@ -5,11 +5,11 @@
 #include <functional>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/select_primitives.h"
 #include "gltf_ext/out_of_core/large_mesh.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

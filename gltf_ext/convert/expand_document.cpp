@@ -1,5 +1,3 @@
-#include "gltf_ext/convert/expand_document.h"
-
 #include <algorithm>
 #include <map>
 #include <set>
@@ -10,7 +8,8 @@
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 namespace {

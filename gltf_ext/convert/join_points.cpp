@@ -11,8 +11,8 @@
 #include "encoder/stitching/build_stitching.h"
 #include "encoder/verify.h"
 #include "gltf_ext/document/asset_records.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {

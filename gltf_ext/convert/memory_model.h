@@ -20,8 +20,8 @@
 
 #include <cstdint>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

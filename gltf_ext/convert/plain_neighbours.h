@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

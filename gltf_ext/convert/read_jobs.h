@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/select_primitives.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 
@@ -20,7 +20,7 @@ Expected<std::vector<EncodeJob>> read_jobs(const Document& document, const Encod
 // The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
 std::set<std::string> metadata_attributes(const Json& json);
 
-// Plans all jobs (encoder/encode.h); jobs of a group share their grids. Warns in a job's `warnings` of what the
+// Plans all jobs (psplit/encode.h); jobs of a group share their grids. Warns in a job's `warnings` of what the
 // grids cannot keep. Returns the groups.
 Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs,

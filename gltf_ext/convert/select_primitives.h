@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
-#include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/primitive/memory_limit.h"
+#include "psplit/document.h"
 
 namespace psplit {
 

@@ -6,7 +6,7 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/coding/step_grid.h"
 #include "gltf_ext/primitive/describe_primitive.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 namespace {
@@ -17,9 +17,9 @@ AttributeCoding coding_of(const StreamDescription& stream, uint32_t unique_id) {
   return {found->bits, found->is_octahedral(), found->origin, found->range};
 }
 
-bool is_wide_integer(core::DataType type) {
-  return type == core::DataType::kInt32 || type == core::DataType::kUint32 || type == core::DataType::kInt64 ||
-         type == core::DataType::kUint64;
+bool is_wide_integer(DataType type) {
+  return type == DataType::kInt32 || type == DataType::kUint32 || type == DataType::kInt64 ||
+         type == DataType::kUint64;
 }
 
 // The grid that integers are on which became floats. Nothing if there is no such grid.

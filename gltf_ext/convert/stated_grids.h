@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

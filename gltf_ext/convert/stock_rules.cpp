@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "gltf_ext/json/json_fields.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "src/container/stored_type.h"
 
 namespace psplit {
 namespace {

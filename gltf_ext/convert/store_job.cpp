@@ -10,8 +10,8 @@
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {
@@ -33,7 +33,7 @@ Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const st
   }
   Expected<MappedFile> mapped = file->map();
   if (!mapped) return mapped.status();
-  const size_t buffer = append_buffer(document, std::move(*mapped));
+  const size_t buffer = append_buffer(document, buffer_of(*mapped));
   Json& views = document.json()["bufferViews"];
   views.push_back({{"buffer", buffer}, {"byteOffset", 0}, {"byteLength", bytes.size()}});
   return static_cast<int64_t>(views.size()) - 1;

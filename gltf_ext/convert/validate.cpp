@@ -10,7 +10,7 @@
 #include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "gltf_ext/primitive/view_in_place.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 namespace {

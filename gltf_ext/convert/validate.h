@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/primitive/memory_limit.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "psplit/base.h"
+#include "psplit/document.h"
 #include "src/cpu/checked_decode.h"
-#include "src/status.h"
 
 namespace psplit {
 

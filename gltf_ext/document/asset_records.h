@@ -9,7 +9,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/json/extension_names.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

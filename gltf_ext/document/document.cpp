@@ -62,10 +62,35 @@ Status AssetTree::check() const {
   return state_->status;
 }
 
+std::vector<uint8_t>& Buffer::own() {
+  if (is_shared()) {
+    owned_.reserve(shared_.size());
+    visit_and_release(shared_, [&](Span<const uint8_t> step) {
+      owned_.insert(owned_.end(), step.begin(), step.end());
+      return true;
+    });
+    shared_ = {};
+    owner_ = {};
+  }
+  return owned_;
+}
+
+void Buffer::cut_to(size_t offset, size_t length) {
+  if (is_shared()) {
+    shared_ = shared_.subspan(offset, length);
+  } else {
+    owned_.resize(offset + length);
+    owned_.erase(owned_.begin(), owned_.begin() + static_cast<std::ptrdiff_t>(offset));
+  }
+}
+
 namespace {
 
-template <typename T>
-Expected<Buffer> buffer_of(Expected<T> bytes) {
+Expected<Buffer> buffer_of(Expected<MappedFile> file) {
+  if (!file) return file.status();
+  return buffer_of(*file);
+}
+Expected<Buffer> buffer_of(Expected<std::vector<uint8_t>> bytes) {
   if (!bytes) return bytes.status();
   return Buffer(std::move(*bytes));
 }
@@ -226,7 +251,7 @@ Expected<Document> parse_document(Span<const uint8_t> file, const std::filesyste
 }
 
 Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source) {
-  return parse_at(std::move(file), source, FileAccess::kMap);
+  return parse_at(buffer_of(file), source, FileAccess::kMap);
 }
 
 std::vector<PrimitiveId> all_primitives(const Document& document) {

@@ -54,7 +54,7 @@ void for_each_range(Json& json, Visit&& visit) {
 
 // Moves the runs together in place; those of a mapped file are copied.
 void keep_runs(Buffer& buffer, const ByteRuns& covered) {
-  const bool is_mapped = buffer.is_mapped();
+  const bool is_mapped = buffer.is_shared();
   const auto size = static_cast<size_t>(covered.packed_bytes());
   std::vector<uint8_t> copied(is_mapped ? size : 0);
   const std::span<const uint8_t> from = buffer;

@@ -5,7 +5,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/pack_buffers.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 
 namespace psplit {
 

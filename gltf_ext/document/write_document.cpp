@@ -1,5 +1,3 @@
-#include "gltf_ext/document/write_document.h"
-
 #include <algorithm>
 
 #include "gltf_ext/document/named_binary.h"
@@ -7,6 +5,7 @@
 #include "gltf_ext/document/place_images.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_text.h"
+#include "psplit/document.h"
 #include "system/files.h"
 #include "system/operating_system.h"
 #include "system/uri.h"

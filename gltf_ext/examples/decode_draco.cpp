@@ -1,5 +1,5 @@
 // decode_draco FILE.drc: decodes a stock Draco mesh stream, and prints its contents. KHR_draco_mesh_compression
-// stores the same streams: print_model is an example with tinygltf, and <psplit/loader/loader.h> decodes many
+// stores the same streams: print_model is an example with tinygltf, and <psplit/loader.h> decodes many
 // of them at once into the caller's memory.
 #include <cstring>
 #include <fstream>

@@ -1,9 +1,8 @@
 // encode_gltf IN OUT [PATCH_FACES]: encodes every triangle mesh of a .gltf or .glb file, and writes the result
 // as a .gltf or .glb file. This is where a pipeline in C++ starts: it reads documents, changes them, and writes
 // them.
-#include <psplit/gltf_ext/convert/encode_document.h>
-#include <psplit/gltf_ext/document/document.h>
-#include <psplit/gltf_ext/document/write_document.h>
+#include <psplit/document.h>
+#include <psplit/gltf.h>
 
 #include <cstdlib>
 #include <iostream>

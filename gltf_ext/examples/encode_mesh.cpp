@@ -1,5 +1,5 @@
 // encode_mesh [PATCHES]: encodes a mesh from memory as a patch container, without glTF, and decodes it again.
-#include <psplit/encoder/encode.h>
+#include <psplit/encode.h>
 
 #include <cstdlib>
 #include <cstring>

@@ -18,7 +18,7 @@
 // must use the same device: compare cudaDeviceProp::uuid with VkPhysicalDeviceIDProperties::deviceUUID, or
 // cudaDeviceProp::luid with the LUID of the adapter.
 #include <cuda_runtime_api.h>
-#include <psplit/decoder_cuda/psplit_cuda.h>
+#include <psplit/cuda.h>
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // load_to_gpu FILE.glb: decodes an asset's patches into memory of the CUDA device, from which they can be
 // drawn. Exits with 5 if there is no device.
-#include <psplit/gltf_ext/tinygltf/tinygltf_plugin.h>
+#include <psplit/tinygltf.h>
 
 #include <iostream>
 

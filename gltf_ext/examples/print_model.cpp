@@ -1,6 +1,6 @@
 // print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes its Draco primitives, in patches or as
 // stock KHR_draco_mesh_compression, and prints its contents.
-#include <psplit/gltf_ext/tinygltf/tinygltf_plugin.h>
+#include <psplit/tinygltf.h>
 
 #include <iostream>
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "gltf_ext/json/json.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -11,7 +11,7 @@
 
 #include "gltf_ext/json/extension_names.h"
 #include "gltf_ext/json/json_fields.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

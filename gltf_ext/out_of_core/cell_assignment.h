@@ -9,8 +9,8 @@
 
 #include "gltf_ext/out_of_core/cell_tree.h"
 #include "gltf_ext/out_of_core/large_mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

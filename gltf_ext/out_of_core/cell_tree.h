@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "mesh_files/triangulate.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "encoder/spill.h"
-#include "src/status.h"
+#include "psplit/base.h"
 #include "system/mapped_file.h"
 #include "system/operating_system.h"
 

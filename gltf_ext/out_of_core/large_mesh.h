@@ -14,7 +14,7 @@
 #include "encoder/coding/position_bits.h"
 #include "gltf_ext/out_of_core/cell_tree.h"
 #include "gltf_ext/primitive/mesh_view.h"
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

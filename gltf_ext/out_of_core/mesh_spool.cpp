@@ -35,7 +35,7 @@ Status place(Document& document, AppendFile& file, Json& accessor, const ValuesV
   accessor.erase("bufferView");
   accessor["componentType"] = static_cast<int>(values.component_type);
   accessor["count"] = values.count;
-  place_values(document, accessor, values, target, append_buffer(document, std::move(*mapped)), 0);
+  place_values(document, accessor, values, target, append_buffer(document, buffer_of(*mapped)), 0);
   return {};
 }
 
@@ -360,7 +360,7 @@ Expected<Document> MeshSpool::finish(MeshFile file, int64_t material) {
   if (columns_.back().attribute.semantic == kPointNumber) {
     Expected<MappedFile> mapped = columns_.back().file.map();
     if (!mapped) return mapped.status();
-    spooled.numbers = std::move(*mapped);
+    spooled.numbers = buffer_of(*mapped);
     columns_.pop_back();
   }
   std::vector<Attribute> layout;

@@ -8,7 +8,7 @@
 #include "gltf_ext/out_of_core/temporary_space.h"
 #include "mesh_files/asset_format.h"
 #include "mesh_files/read_asset.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

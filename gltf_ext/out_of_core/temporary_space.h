@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

@@ -5,9 +5,7 @@
 #include <optional>
 
 #include "gltf_ext/document/asset_records.h"
-#include "src/mesh/mesh.h"
-#include "src/mesh/mesh_view.h"
-#include "src/mesh/value_bounds.h"
+#include "psplit/mesh.h"
 #include "system/operating_system.h"
 
 namespace psplit {

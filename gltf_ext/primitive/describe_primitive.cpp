@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/draco_stream.h"
 
 namespace psplit {
 

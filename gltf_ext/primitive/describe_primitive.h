@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 
@@ -13,7 +13,7 @@ struct DescribedPrimitive {
   std::vector<StreamDescription> streams;  // of stock Draco one, of a container one for each patch
 };
 
-// `describe` is for stock Draco; patches are described by describe_patch (src/cpu/draco_stream.h). Errors:
+// `describe` is for stock Draco; patches are described by describe_patch (psplit/decode.h). Errors:
 // those of both, and kInvalidInput.
 Expected<DescribedPrimitive> describe_primitive(const Document& document, PrimitiveId id,
                                                 const DescribeStream& describe, const ThreadPool& pool);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gltf_ext/primitive/accessors.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 #include "system/mapped_file.h"
 
 namespace psplit {

@@ -228,7 +228,7 @@ void PrimitiveEditor::set_placed_geometry(const PrimitiveGroup& group, const Pla
 }
 
 void PrimitiveEditor::set_geometry_in_file(const PrimitiveGroup& group, const MeshInFile& mesh) {
-  const size_t buffer = append_buffer(document_, mesh.memory.view());
+  const size_t buffer = append_buffer(document_, buffer_of(mesh.memory.view()));
   set_placed_geometry(group, {mesh.laid_out.view, buffer, mesh.laid_out.offsets});
 }
 

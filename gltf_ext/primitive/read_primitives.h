@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "gltf_ext/primitive/accessors.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gltf_ext/json/extension_names.h"
-#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+#include "psplit/tinygltf.h"
 
 namespace psplit {
 

@@ -1,9 +1,8 @@
-#include "gltf_ext/tinygltf/tinygltf_plugin.h"
-
 #include <algorithm>
 #include <cstring>
 
 #include "gltf_ext/tinygltf/model_geometry.h"
+#include "psplit/tinygltf.h"
 
 namespace psplit {
 namespace {

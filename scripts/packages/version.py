@@ -3,9 +3,10 @@ import datetime, email.utils, os, pathlib, re
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
 kChangelog = "contrib/debian/changelog"
-# Each pattern's group is the version, or its first two numbers where a file asks for these.
+# Each pattern's group is the version, or its first two numbers where a file asks for these; or its groups are the numbers.
 kPlaces = {
     "CMakeLists.txt": r"^project\(psplit VERSION (\S+)",
+    "include/psplit/version.h": r"_MAJOR (\d+)\n#define PSPLIT_VERSION_MINOR (\d+)\n#define PSPLIT_VERSION_PATCH (\d+)",
     "vcpkg.json": r'^  "version": "([^"]+)"',
     "bindings/web/package.json": r'^  "version": "([^"]+)"',
     "bindings/web/examples/bundlers/package.json": r'"psplit": "([^"]+)"',
@@ -17,6 +18,10 @@ kPlaces = {
     "bindings/c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
     "gltf_ext/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
 }
+
+
+def said(match):
+    return ".".join(match.groups())
 
 
 def versions():
@@ -37,8 +42,8 @@ def version():
 def disagreements():
     """The files that say another version than CMakeLists.txt."""
     right = version()
-    return [f"{file} says {match.group(1)}, CMakeLists.txt {right}" for file, match in versions().items()
-            if match.group(1) not in (right, right.rpartition(".")[0])]
+    return [f"{file} says {said(match)}, CMakeLists.txt {right}" for file, match in versions().items()
+            if said(match) not in (right, right.rpartition(".")[0])]
 
 
 def changelog_entry(new):
@@ -58,5 +63,8 @@ def set_version(new):
             # What it says of older versions stays.
             (root / file).write_text(changelog_entry(new) + text)
             continue
-        said = new if match.group(1).count(".") == 2 else new.rpartition(".")[0]
-        (root / file).write_text(text[:match.start(1)] + said + text[match.end(1):])
+        numbers = new.split(".")[:said(match).count(".") + 1]
+        for i in reversed(range(len(match.groups()))):
+            one = numbers[i] if len(match.groups()) > 1 else ".".join(numbers)
+            text = text[:match.start(i + 1)] + one + text[match.end(i + 1):]
+        (root / file).write_text(text)

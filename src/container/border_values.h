@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
 #include "src/core/condensed/border_part.h"
-#include "src/parallel.h"
 
 namespace psplit {
 

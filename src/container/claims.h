@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "psplit/base.h"
 #include "src/core/condensed/models.h"
-#include "src/status.h"
 
 namespace psplit {
 

@@ -1,5 +1,4 @@
-#include "src/container/decode_backend.h"
-
+#include "psplit/decode.h"
 #include "src/container/claims.h"
 
 namespace psplit {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "src/container/stream_entry.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

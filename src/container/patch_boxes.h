@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "src/container/decode_backend.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/mesh.h"
 #include "src/container/patch_container.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
 
 namespace psplit {
 

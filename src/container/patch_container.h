@@ -21,10 +21,10 @@
 #include <span>
 #include <vector>
 
-#include "src/container/stream_entry.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
 #include "src/core/stitch_reader.h"
 #include "src/core/stream_header.h"
-#include "src/status.h"
 
 namespace psplit {
 

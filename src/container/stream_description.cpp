@@ -1,19 +1,19 @@
-#include "src/container/stream_description.h"
-
 #include <map>
 #include <set>
+
+#include "psplit/decode.h"
 
 namespace psplit {
 namespace {
 
 // glTF's type for a Draco type. glTF attributes cannot be 32-bit integers or doubles, so these become floats.
-ComponentType component_type(core::DataType type) {
+ComponentType component_type(DataType type) {
   switch (type) {
-    case core::DataType::kInt8: return ComponentType::kInt8;
-    case core::DataType::kUint8:
-    case core::DataType::kBool: return ComponentType::kUint8;
-    case core::DataType::kInt16: return ComponentType::kInt16;
-    case core::DataType::kUint16: return ComponentType::kUint16;
+    case DataType::kInt8: return ComponentType::kInt8;
+    case DataType::kUint8:
+    case DataType::kBool: return ComponentType::kUint8;
+    case DataType::kInt16: return ComponentType::kInt16;
+    case DataType::kUint16: return ComponentType::kUint16;
     default: return ComponentType::kFloat32;
   }
 }

@@ -2,8 +2,8 @@
 // decoders".
 #pragma once
 
+#include "psplit/draco_types.h"
 #include "src/core/components.h"
-#include "src/core/data_type.h"
 #include "src/core/traversal.h"
 
 namespace psplit::core {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "psplit/decode.h"
 #include "src/container/border_values.h"
-#include "src/container/decode_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
 #include "src/cpu/scratch.h"

@@ -8,8 +8,6 @@
 namespace psplit {
 namespace {
 
-using core::DataType;
-
 // A component without its type: as an integer, or as a floating-point number. An unsigned number of 64 bits is
 // kept as its bits.
 struct Component {

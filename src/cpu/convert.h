@@ -4,13 +4,13 @@
 
 #include <cstddef>
 
-#include "src/core/data_type.h"
+#include "psplit/draco_types.h"
 
 namespace psplit {
 
 // Converts `count` components. `normalized` is the stored attribute's. Returns false if a component does not
 // fit type `to`; those before it are written.
-bool convert_components(const uint8_t* in, core::DataType from, bool normalized, size_t count,
-                        core::DataType to, uint8_t* out);
+bool convert_components(const uint8_t* in, DataType from, bool normalized, size_t count, DataType to,
+                        uint8_t* out);
 
 }  // namespace psplit

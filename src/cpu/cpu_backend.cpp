@@ -1,8 +1,7 @@
-#include "src/cpu/cpu_backend.h"
-
 #include <algorithm>
 #include <numeric>
 
+#include "psplit/decode.h"
 #include "src/cpu/container_decoder.h"
 #include "src/cpu/decode_in_scratch.h"
 

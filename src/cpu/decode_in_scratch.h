@@ -7,9 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "psplit/decode.h"
 #include "src/container/border_values.h"
 #include "src/container/claims.h"
-#include "src/container/stream_description.h"
+#include "src/container/stored_type.h"
 #include "src/container/write_faces.h"
 #include "src/core/decode_cloud.h"
 #include "src/cpu/convert.h"
@@ -182,7 +183,7 @@ inline Status does_not_fit(const AttributeRequest& request) {
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
                        const AttributeRequest& request, PlaceOf place_of) {
-  const core::DataType type = stored_type(request.component_type);
+  const DataType type = stored_type(request.component_type);
   const size_t stride = attribute.stride();
   std::vector<uint8_t> stored(attribute.type == type ? 0 : patch.point_count * stride);
   patch.write_values(attribute, [place_of, stride,

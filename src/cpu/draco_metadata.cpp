@@ -1,8 +1,7 @@
-#include "src/cpu/draco_metadata.h"
-
 #include <set>
 #include <utility>
 
+#include "psplit/decode.h"
 #include "src/container/claims.h"
 #include "src/core/draco_header.h"
 

@@ -1,8 +1,8 @@
-#include "src/cpu/draco_stream.h"
-
 #include <array>
 #include <cstring>
 
+#include "psplit/decode.h"
+#include "src/container/stored_type.h"
 #include "src/cpu/decode_in_scratch.h"
 
 namespace psplit {
@@ -141,7 +141,7 @@ void write_places(const core::Patch<Index>& patch, const core::Attribute<Index>&
 // Converts the values of all points to the requested type. Returns false if one does not fit.
 bool convert_to(const AttributeRequest& request, const StreamAttribute& stored, size_t point_count,
                 Array<std::byte>& values) {
-  const core::DataType type = stored_type(request.component_type);
+  const DataType type = stored_type(request.component_type);
   if (type == stored.type) return true;
   Array<std::byte> converted(point_count * request.value_bytes());
   const bool fits =

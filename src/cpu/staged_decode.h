@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "src/container/decode_backend.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/parallel.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/scratch.h"
-#include "src/parallel.h"
-#include "src/status.h"
 
 // Keeps a function visible to profilers: bench/count_instructions reads the names of these functions.
 #define PSPLIT_OWN_FUNCTION [[gnu::noinline]]

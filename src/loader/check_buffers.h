@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

@@ -1,12 +1,11 @@
-#include "src/loader/loader.h"
+#include "psplit/loader.h"
 
 #include <string>
 
+#include "psplit/decode.h"
 #include "src/container/claims.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
 #include "src/loader/check_buffers.h"
 
 namespace psplit {

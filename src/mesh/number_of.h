@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "src/mesh/mesh.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

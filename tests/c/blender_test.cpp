@@ -5,8 +5,8 @@
 
 #include "bindings/c/blender/bridge.h"
 #include "encoder/coding/choose_codings.h"
-#include "encoder/encode.h"
 #include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"

@@ -1,12 +1,13 @@
 // Decoding through the C interface gives the bits of the C++ interface and of libdraco.
+#include "psplit/decode.h"
+
 #include <array>
 #include <atomic>
 #include <thread>
 
-#include "encoder/encode.h"
+#include "psplit/encode.h"
+#include "psplit/loader.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/draco_stream.h"
-#include "src/loader/loader.h"
 #include "tests/c/handles.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/draco_clouds.h"

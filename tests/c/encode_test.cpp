@@ -1,10 +1,11 @@
 // Encoding through the C interface gives the bytes of the C++ interface.
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 
 #include <algorithm>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/encode_mesh.h"
+#include "src/container/stored_type.h"
 #include "tests/c/handles.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"

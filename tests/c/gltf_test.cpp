@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "encoder/encode.h"
 #include "gltf_ext/json/glb.h"
+#include "psplit/encode.h"
 #include "tests/c/handles.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"

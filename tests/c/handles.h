@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "bindings/c/psplit.h"
-#include "src/container/decode_backend.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
+#include "psplit/psplit.h"
+#include "src/container/stored_type.h"
 #include "tests/src/loader/buffers.h"
 
 namespace psplit {

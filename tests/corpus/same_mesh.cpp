@@ -19,6 +19,7 @@
 #include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
+#include "psplit/encode.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/procedural_meshes.h"
 

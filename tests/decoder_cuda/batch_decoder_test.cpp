@@ -7,7 +7,7 @@
 #include <random>
 #include <tuple>
 
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "tests/decoder_cuda/device_samples.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <numeric>
 
-#include "encoder/libdraco/draco_backend.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/loader/loader.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/loader.h"
 #include "tests/decoder_cuda/device_samples.h"
 #include "tests/decoder_cuda/mutants.h"
 #include "tests/src/loader/buffers.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/same_bits.h"

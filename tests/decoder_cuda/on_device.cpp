@@ -5,10 +5,10 @@
 #include <cstring>
 #include <optional>
 
-#include "decoder_cuda/psplit_cuda.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/cuda.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/same_bits.h"

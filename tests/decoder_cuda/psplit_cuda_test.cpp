@@ -1,5 +1,4 @@
-#include "decoder_cuda/psplit_cuda.h"
-
+#include "psplit/cuda.h"
 #include "tests/decoder_cuda/mutants.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/same_bits.h"

@@ -11,7 +11,7 @@
 #include <iomanip>
 
 #include "encoder/encode_mesh.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"

@@ -2,7 +2,7 @@
 
 #include "encoder/encode_mesh.h"
 #include "encoder/fields/expand_container.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "src/container/condensed_head.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/default_codings.h"

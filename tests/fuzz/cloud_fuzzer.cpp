@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "psplit/decode.h"
 #include "src/core/decode_cloud.h"
-#include "src/cpu/draco_metadata.h"
 
 namespace {
 

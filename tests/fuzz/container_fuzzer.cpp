@@ -1,5 +1,5 @@
 // Decodes any bytes as a container with one attribute, and stitches the result.
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
 #include "tests/support/decode_bytes.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -1,9 +1,9 @@
 // Reads any bytes as a .glb or a .gltf, and validates, sweeps and decodes the document.
-#include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/gltf.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);

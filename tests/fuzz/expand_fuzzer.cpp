@@ -1,7 +1,7 @@
 // Opens any bytes as a container of condensed streams with one attribute, and expands its condensed streams.
 // What can be expanded must decode to the same mesh in both forms.
 #include "encoder/fields/expand_container.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);

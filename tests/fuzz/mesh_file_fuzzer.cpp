@@ -2,8 +2,7 @@
 // which decides the format if the content does not.
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);

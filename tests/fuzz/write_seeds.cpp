@@ -5,12 +5,11 @@
 #include <random>
 
 #include "encoder/encode_mesh.h"
-#include "encoder/libdraco/draco_backend.h"
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "src/container/patch_container.h"
 #include "tests/support/document_options.h"
 #include "tests/support/draco_clouds.h"

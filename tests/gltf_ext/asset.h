@@ -6,14 +6,13 @@
 #include <cmath>
 #include <cstring>
 
-#include "encoder/libdraco/draco_backend.h"
-#include "gltf_ext/convert/decode_document.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/document_options.h"
 #include "tests/support/expect.h"

@@ -1,12 +1,12 @@
 // psplit::DracoDecoder against draco::Decoder: the same objects, whatever the bytes are.
-#include "bindings/libdraco/draco_decoder.h"
+#include "psplit/draco_decoder.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
 #include "encoder/libdraco/patch_stream.h"
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/corpus_streams.h"
 #include "tests/support/draco_clouds.h"

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #if PSPLIT_DECODES
-#include "bindings/libdraco/draco_decoder.h"
+#include "psplit/draco_decoder.h"
 #endif
 
 #define TINYGLTF_IMPLEMENTATION

@@ -1,8 +1,8 @@
 // .drc files whose values are not floats, and what they say beside their geometry.
 #include "mesh_files/draco_file.h"
 
-#include "encoder/encode.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "psplit/encode.h"
 #include "tests/mesh_files/mesh_text.h"
 #include "tests/support/stock_stream.h"
 
@@ -62,7 +62,7 @@ TEST(DracoFile, PositionsOfSmallIntegersAreExact) {
 // Values in the types of a stream.
 struct RawAttribute {
   DracoSemantic semantic;
-  core::DataType type;
+  DataType type;
   uint8_t components;
   bool normalized;
   std::string values;  // of kTrianglePoints points
@@ -74,7 +74,7 @@ std::string raw(std::initializer_list<T> values) {
 }
 
 constexpr uint8_t kTrianglePoints = 3;
-const RawAttribute kTriangle{DracoSemantic::kPosition, core::DataType::kFloat32, 3, false,
+const RawAttribute kTriangle{DracoSemantic::kPosition, DataType::kFloat32, 3, false,
                              raw<float>({0, 0, 0, 1, 0, 0, 0, 1, 0})};
 
 // A sequential stream without compression, of a triangle or of its points. Attribute i has the unique id i.
@@ -104,7 +104,7 @@ std::vector<uint8_t> raw_stream(const std::vector<RawAttribute>& attributes,
 }
 
 template <typename T>
-RawAttribute generic(core::DataType type, std::initializer_list<T> values, bool normalized = false) {
+RawAttribute generic(DataType type, std::initializer_list<T> values, bool normalized = false) {
   return {DracoSemantic::kGeneric, type, 1, normalized, raw(values)};
 }
 
@@ -112,7 +112,6 @@ TEST(DracoFile, NumbersThatNoFloatHoldsAreCounted) {
   const auto warnings = [](const RawAttribute& attribute) {
     return warnings_of(read_drc(raw_stream({kTriangle, attribute})));
   };
-  using core::DataType;
   EXPECT_EQ(warnings(generic<int32_t>(DataType::kInt32, {-16777216, INT32_MIN, 2147483520})), "");
   EXPECT_EQ(warnings(generic<int32_t>(DataType::kInt32, {-16777217, INT32_MAX, 5})),
             "2 whole numbers of _GENERIC_0 are rounded: no floats are equal to them\n");
@@ -184,7 +183,7 @@ std::vector<T> values_in(const Document& document, const char* semantic) {
 std::vector<RawAttribute> triangle_with_bytes(uint8_t count) {
   std::vector<RawAttribute> attributes{kTriangle};
   for (uint8_t i = 0; i < count; ++i)
-    attributes.push_back(generic<uint8_t>(core::DataType::kUint8, {1, 2, static_cast<uint8_t>(3 + i)}));
+    attributes.push_back(generic<uint8_t>(DataType::kUint8, {1, 2, static_cast<uint8_t>(3 + i)}));
   return attributes;
 }
 
@@ -265,7 +264,7 @@ TEST(DracoFile, MetadataThatEndEarlyAreRefused) {
 }
 
 TEST(DracoFile, PointsMayHavePositionsOfIntegers) {
-  const RawAttribute positions{DracoSemantic::kPosition, core::DataType::kInt16, 3, false,
+  const RawAttribute positions{DracoSemantic::kPosition, DataType::kInt16, 3, false,
                                raw<int16_t>({-32768, 0, 1, 2, 3, 4, 5, 6, 32767})};
   const Document document =
       must(document_from_draco(raw_stream({positions}, {}, true), describe_stream,

@@ -9,8 +9,7 @@
 
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 

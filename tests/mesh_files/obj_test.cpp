@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "mesh_files/mtl.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "tests/mesh_files/mesh_text.h"
 #include "tests/support/test_folder.h"
 

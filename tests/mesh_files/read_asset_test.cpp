@@ -5,9 +5,8 @@
 
 #include <fstream>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/document/write_document.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
 #include "tests/mesh_files/mesh_text.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/test_folder.h"

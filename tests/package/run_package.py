@@ -51,10 +51,9 @@ def stock_stream(asset):
 
 def make_project(folder):
     """gltf_ext/examples as a user's project, whose own headers have names of ours."""
-    own = folder / "src" / "mesh"
-    own.mkdir(parents=True)
-    for name in ("status.h", "parallel.h", "mesh/mesh.h"):
-        (folder / "src" / name).write_text(f'#error "the user\'s own {name} was taken for ours"\n')
+    folder.mkdir(parents=True)
+    for name in ("base.h", "mesh.h", "parallel.h", "version.h"):
+        (folder / name).write_text(f'#error "the user\'s own {name} was taken for ours"\n')
     for file in (source / "gltf_ext" / "examples").iterdir():
         (folder / file.name).write_text(file.read_text())
 
@@ -196,6 +195,9 @@ def check_headers(prefix):
     for language, standard in (("c", "c99"), ("c", "c17"), ("c++", "c++11")):
         run(options.compiler, f"-std={standard}", "-fsyntax-only", "-Wall", "-Wextra", "-pedantic", "-Werror", f"-I{include}",
             "-include", "psplit/psplit.h", "-x", language, "/dev/null")
+    included = set(re.findall(r'#include "psplit/(\S+)"', headers["psplit.hpp"]))
+    if missing := set(headers) - included - {"draco_decoder.h", "psplit.h", "psplit.hpp", "tinygltf.h"}:
+        sys.exit(f"psplit.hpp does not include {missing}")
     print(f"{len(headers)} headers")
 
 

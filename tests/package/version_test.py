@@ -20,7 +20,7 @@ with tempfile.TemporaryDirectory() as name:
         sys.exit("7.8 is taken for a version")
     subprocess.run([*release, "7.8.9"], check=True, capture_output=True)
     for file, pattern in version.kPlaces.items():
-        said = re.search(pattern, (copy / file).read_text(), re.M).group(1)
+        said = version.said(re.search(pattern, (copy / file).read_text(), re.M))
         if said not in ("7.8.9", "7.8"):
             sys.exit(f"{file} says {said} after scripts/release --version 7.8.9")
     # Debian's changelog gets an entry, and keeps those that it has.

@@ -1,5 +1,5 @@
 // Threads: each runner of this file has another arena (tests/CMakeLists.txt), with a sanitizer for races.
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

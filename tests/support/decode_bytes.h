@@ -1,7 +1,7 @@
 // Opens the bytes of containers: to decode them once, or to change their parts.
 #pragma once
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
 #include "tests/support/expect.h"
 

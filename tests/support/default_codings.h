@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/mesh/mesh.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 #include "tests/support/compare_meshes.h"
 
 namespace psplit {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "src/cpu/draco_metadata.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

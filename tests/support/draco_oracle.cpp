@@ -8,7 +8,7 @@
 
 #include "encoder/libdraco/patch_stream.h"
 #include "encoder/libdraco/unfused_values.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

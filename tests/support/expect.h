@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

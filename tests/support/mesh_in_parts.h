@@ -7,7 +7,7 @@
 
 #include "encoder/mesh_parts.h"
 #include "encoder/spill.h"
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

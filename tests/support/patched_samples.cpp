@@ -6,7 +6,7 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/condensing/condense.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "src/container/patch_container.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/procedural_meshes.h"

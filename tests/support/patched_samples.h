@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "encoder/encode_mesh.h"
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

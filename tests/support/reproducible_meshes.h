@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

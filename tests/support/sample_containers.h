@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

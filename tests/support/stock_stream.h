@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/container/decode_backend.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "tests/support/environment.h"
 #include "tests/support/expect.h"
 #include "tests/support/test_folder.h"

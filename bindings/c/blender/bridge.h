@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "src/export.h"
+#include "psplit/base.h"
 
 #define PSPLIT_BLENDER extern "C" PSPLIT_EXPORT
 

@@ -8,8 +8,9 @@
 #include "bindings/c/blender/element_type.h"
 #include "bindings/c/no_throw.h"
 #include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "src/container/stored_type.h"
 #include "src/cpu/convert.h"
-#include "src/cpu/draco_stream.h"
 
 using psplit::c::without_exceptions;
 
@@ -62,7 +63,7 @@ std::optional<std::vector<std::byte>> read_old_values(const Decoder& decoder, co
 
 std::optional<std::vector<std::byte>> read_values(const Decoder& decoder, const GeometryAttribute& attribute,
                                                   const AttributeRequest& request) {
-  const core::DataType from = attribute.description.type, to = stored_type(request.component_type);
+  const DataType from = attribute.description.type, to = stored_type(request.component_type);
   const Array<std::byte>& values = attribute.values;
   if (from == to) return std::vector<std::byte>(values.begin(), values.end());
   const size_t points = decoder.geometry.point_count;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit::blender {
 

@@ -6,7 +6,7 @@
 #include "bindings/c/blender/bridge.h"
 #include "bindings/c/blender/element_type.h"
 #include "bindings/c/no_throw.h"
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 
 using psplit::c::without_exceptions;
 

@@ -5,14 +5,14 @@
 #include <memory>
 
 #include "bindings/c/no_throw.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 
 namespace {
 
+using psplit::DataType;
 using psplit::DracoGeometry;
 using psplit::GeometryAttribute;
 using psplit::c::without_exceptions;
-using psplit::core::DataType;
 
 const DracoGeometry& geometry_of(const DracoMesh& mesh) {
   return *static_cast<const DracoGeometry*>(mesh.privateMesh);

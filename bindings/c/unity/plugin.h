@@ -15,7 +15,7 @@
 
 #include <cstdint>
 
-#include "src/export.h"
+#include "psplit/base.h"
 
 #define PSPLIT_UNITY extern "C" PSPLIT_EXPORT
 

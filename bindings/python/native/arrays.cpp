@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
+#include "src/container/stored_type.h"
 
 namespace psplit::python {
 namespace {
@@ -56,19 +57,19 @@ HeldBytes::HeldBytes(const py::handle& object) {
   }
 }
 
-const char* type_code(core::DataType type) {
+const char* type_code(DataType type) {
   switch (type) {
-    case core::DataType::kInt8: return "i1";
-    case core::DataType::kUint8:
-    case core::DataType::kBool: return "u1";
-    case core::DataType::kInt16: return "i2";
-    case core::DataType::kUint16: return "u2";
-    case core::DataType::kInt32: return "i4";
-    case core::DataType::kUint32: return "u4";
-    case core::DataType::kInt64: return "i8";
-    case core::DataType::kUint64: return "u8";
-    case core::DataType::kFloat32: return "f4";
-    case core::DataType::kFloat64: return "f8";
+    case DataType::kInt8: return "i1";
+    case DataType::kUint8:
+    case DataType::kBool: return "u1";
+    case DataType::kInt16: return "i2";
+    case DataType::kUint16: return "u2";
+    case DataType::kInt32: return "i4";
+    case DataType::kUint32: return "u4";
+    case DataType::kInt64: return "i8";
+    case DataType::kUint64: return "u8";
+    case DataType::kFloat32: return "f4";
+    case DataType::kFloat64: return "f8";
   }
   return "";
 }

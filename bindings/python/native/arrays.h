@@ -11,9 +11,9 @@
 #include <utility>
 #include <variant>
 
-#include "src/core/data_type.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/draco_types.h"
+#include "psplit/mesh.h"
 
 namespace psplit::python {
 
@@ -53,7 +53,7 @@ class HeldBytes {
 };
 
 // numpy's type of values: "f4", "u1". Draco's bools are bytes, because nothing limits them to 0 and 1.
-const char* type_code(core::DataType type);
+const char* type_code(DataType type);
 const char* type_code(ComponentType type);
 
 // Writable arrays that own the values: nothing is copied.

@@ -10,10 +10,8 @@
 
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/pools.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_metadata.h"
-#include "src/cpu/draco_stream.h"
-#include "src/loader/loader.h"
+#include "psplit/decode.h"
+#include "psplit/loader.h"
 
 namespace psplit::python {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "src/mesh/mesh.h"
+#include "psplit/mesh.h"
 
 namespace psplit::python {
 

@@ -8,13 +8,13 @@
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/decode.h"
 #include "bindings/python/native/pools.h"
-#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/json/mesh_primitives.h"
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 
 namespace psplit::python {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/pools.h"
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 
 namespace psplit::python {
 namespace {

@@ -7,6 +7,7 @@
 #include "bindings/python/native/document.h"
 #include "bindings/python/native/encode.h"
 #endif
+#include "psplit/version.h"
 
 PYBIND11_MODULE(_native, module) {
   using namespace psplit::python;
@@ -23,5 +24,5 @@ PYBIND11_MODULE(_native, module) {
   add_encode(module);
   add_document(module);
 #endif
-  module.attr("version") = PSPLIT_VERSION;
+  module.attr("version") = PSPLIT_VERSION_TEXT;
 }

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit::python {
 

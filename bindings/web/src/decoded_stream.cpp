@@ -8,8 +8,6 @@
 #include "src/cpu/convert.h"
 
 namespace psplit::web {
-
-using core::DataType;
 using core::Fault;
 
 // A module for Draco streams alone leaves out the code for condensed streams. The other module has it anyway,

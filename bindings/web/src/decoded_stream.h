@@ -14,7 +14,7 @@ class ValuePlaces {
  public:
   struct Conversion {
     const core::Attribute<uint32_t>& attribute;
-    core::DataType type;
+    DataType type;
     uint8_t* out;
     bool fits = true;
     alignas(8) uint8_t value[8 * 255] = {};
@@ -59,7 +59,7 @@ class DecodedStream {
 
   // One value for each point, tightly packed. The components get the type `type`; values of other types are
   // converted as libdraco does it. Returns false if a value does not fit.
-  bool write_attribute(const Attribute& attribute, core::DataType type, uint8_t* out) const;
+  bool write_attribute(const Attribute& attribute, DataType type, uint8_t* out) const;
 
   // The integers from which the values are computed: places on the grid of a quantized attribute, the two
   // coordinates of a normal on its octahedron, or the values themselves. Returns false for attributes that have

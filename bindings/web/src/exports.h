@@ -9,7 +9,7 @@
 
 #include <memory>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 #define PSPLIT_WEB_EXPORT(name) extern "C" [[clang::export_name(#name)]]
 

@@ -46,7 +46,7 @@ void write_faces(const DecodedStream* stream, uint32_t index_bytes, void* out) {
 }
 PSPLIT_WEB_EXPORT(write_attribute)
 bool write_attribute(const DecodedStream* stream, uint32_t i, uint32_t type, uint8_t* out) {
-  return stream->write_attribute(stream->patch().attributes[i], static_cast<core::DataType>(type), out);
+  return stream->write_attribute(stream->patch().attributes[i], static_cast<DataType>(type), out);
 }
 PSPLIT_WEB_EXPORT(write_integers) bool write_integers(const DecodedStream* stream, uint32_t i, int32_t* out) {
   return stream->write_integers(stream->patch().attributes[i], out);

@@ -5,10 +5,10 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/fields/expand_container.h"
+#include "psplit/decode.h"
 #include "src/container/bit_string.h"
 #include "src/container/condensed_head.h"
 #include "src/cpu/checked_decode.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/src/core/decode_mesh.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "encoder/fields/expand_container.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/cpu/checked_decode.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/same_bits.h"

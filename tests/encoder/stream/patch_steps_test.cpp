@@ -2,9 +2,9 @@
 #include "encoder/stream/patch_steps.h"
 
 #include "encoder/coding/quantization.h"
-#include "encoder/encode.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/welding/weld.h"
+#include "psplit/encode.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"

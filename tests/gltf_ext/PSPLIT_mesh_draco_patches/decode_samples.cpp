@@ -12,9 +12,9 @@
 #ifdef PSPLIT_HAS_ENCODER
 #include "encoder/fields/expand_container.h"
 #endif
+#include "psplit/decode.h"
+#include "psplit/loader.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/draco_stream.h"
-#include "src/loader/loader.h"
 
 namespace {
 

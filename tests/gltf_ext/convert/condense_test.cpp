@@ -1,10 +1,10 @@
 // Documents with condensed patches, and the way back.
-#include "encoder/libdraco/draco_backend.h"
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/convert/validate.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -5,9 +5,9 @@
 #include <set>
 
 #include "encoder/coding/quantization.h"
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

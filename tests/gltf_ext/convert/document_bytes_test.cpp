@@ -3,8 +3,8 @@
 // count too.
 #include <iomanip>
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/reproducible_meshes.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "encoder/coding/precision_guard.h"
-#include "gltf_ext/convert/document_from_mesh.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

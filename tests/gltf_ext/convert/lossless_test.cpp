@@ -1,9 +1,9 @@
 // Lossless means equal bits: for floats of every kind, at every speed, for whole documents and with both
 // decoders.
-#include "encoder/encode.h"
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/validate.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/stock_stream.h"

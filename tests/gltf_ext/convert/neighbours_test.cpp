@@ -3,9 +3,9 @@
 #include <cstring>
 #include <set>
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/stated_grids.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tools/gltf_psplit/diff/compare_assets.h"
 

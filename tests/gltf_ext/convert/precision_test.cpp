@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "encoder/coding/position_bits.h"
-#include "gltf_ext/convert/document_from_mesh.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

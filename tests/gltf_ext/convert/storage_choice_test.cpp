@@ -5,14 +5,12 @@
 #include <mutex>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/encode.h"
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/document/write_document.h"
 #include "mesh_files/draco_file.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/stock_stream.h"
 #include "tests/support/test_folder.h"

@@ -1,8 +1,8 @@
 // What extras and unknown extensions may name keeps its number and its data, whatever is done to the geometry.
 #include "gltf_ext/document/unknown_references.h"
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/expand_document.h"
+#include "psplit/document.h"
+#include "psplit/gltf.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

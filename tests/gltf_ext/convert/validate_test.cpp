@@ -3,11 +3,11 @@
 
 #include <functional>
 
-#include "gltf_ext/convert/document_from_mesh.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
 #include "src/container/condensed_head.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/decode_bytes.h"
 

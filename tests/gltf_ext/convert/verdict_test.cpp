@@ -1,11 +1,10 @@
 // What one command refuses, all refuse; and what validate says of stock Draco and of values.
 #include <random>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/document/extensions.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/glb.h"
+#include "psplit/document.h"
+#include "psplit/gltf.h"
 #include "src/container/patch_container.h"
 #include "system/files.h"
 #include "tests/gltf_ext/asset.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/json/json_fields.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -9,8 +9,8 @@
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/pack_buffers.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

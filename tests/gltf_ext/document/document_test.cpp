@@ -3,11 +3,11 @@
 #include <fstream>
 
 #include "gltf_ext/document/drop_unused.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "psplit/document.h"
 #include "system/files.h"
 #include "system/uri.h"
 #include "tests/support/environment.h"
@@ -245,8 +245,8 @@ TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
   for (const std::string name : {"large.glb", "large.gltf"}) {
     ASSERT_TRUE(write_document(large, folder_ / name).ok());
     Document read = *read_document(folder_ / name), mapped = *read_document(folder_ / name, FileAccess::kMap);
-    EXPECT_FALSE(read.buffers[0].is_mapped());
-    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    EXPECT_FALSE(read.buffers[0].is_shared());
+    EXPECT_TRUE(mapped.buffers[0].is_shared());
     EXPECT_EQ(mapped.json(), read.json());
     const auto expect_same_files = [&] {
       ASSERT_TRUE(write_document(read, folder_ / "read.glb").ok());
@@ -255,11 +255,11 @@ TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
       EXPECT_EQ(*read_file(folder_ / "mapped.glb"), *read_file(folder_ / "read.glb")) << name;
     };
     expect_same_files();
-    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    EXPECT_TRUE(mapped.buffers[0].is_shared());
     for (Document* document : {&read, &mapped}) drop_unused(*document, {});
     expect_same_files();
     mapped = *read_document(folder_ / name, FileAccess::kMap);
-    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    EXPECT_TRUE(mapped.buffers[0].is_shared());
     for (Document* document : {&read, &mapped})
       document->json()["images"][0]["bufferView"] = append_buffer_view(*document, std::span(bytes).first(30));
     expect_same_files();

@@ -5,8 +5,8 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/document.h"
 #include "system/files.h"
 #include "system/image_type.h"
 #include "tests/support/environment.h"

@@ -1,9 +1,8 @@
 // Many buffers become one or two, and every view keeps its bytes.
 #include "gltf_ext/document/pack_buffers.h"
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/byte_runs.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

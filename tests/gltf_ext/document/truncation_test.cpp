@@ -1,8 +1,7 @@
 // Files that end early and broken streams are refused, with their place: file, mesh, primitive, patch.
 #include <fstream>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 #include "src/container/patch_container.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"

@@ -2,8 +2,8 @@
 
 #include "gltf_ext/primitive/read_primitives.h"
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -1,10 +1,8 @@
-#include "gltf_ext/tinygltf/tinygltf_plugin.h"
-
 #include <atomic>
 #include <fstream>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
+#include "psplit/tinygltf.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/corpus_folder.h"
 #include "tests/support/same_bits.h"

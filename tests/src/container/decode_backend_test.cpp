@@ -1,12 +1,10 @@
 // The contract of DecodeBackend, by the CPU's: memory is asked for with counts, and opened containers are
 // decoded as often as a caller likes.
-#include "src/container/decode_backend.h"
-
 #include <algorithm>
 #include <atomic>
 
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/support/expect.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/sample_containers.h"

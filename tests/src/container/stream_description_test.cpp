@@ -1,12 +1,9 @@
 // The glTF attributes that Draco attributes become.
-#include "src/container/stream_description.h"
-
+#include "psplit/decode.h"
 #include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
-
-using core::DataType;
 
 StreamAttribute attribute(uint32_t unique_id, DracoSemantic semantic, DataType type, uint8_t components,
                           bool normalized = false) {

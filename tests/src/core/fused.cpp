@@ -26,7 +26,7 @@ float rounded(float value) {
 
 uint32_t different_values(const Attribute<uint16_t>& attribute, const float (&expected)[kCount][3]) {
   static float written[kCount][3];
-  const ValueWriter<uint16_t> writer(attribute, DataType::kFloat32);
+  const ValueWriter<uint16_t> writer(attribute, psplit::DataType::kFloat32);
   writer.write<true>(
       SerialLanes(), kCount, [](uint32_t point) { return point; },
       [](uint32_t point) { return reinterpret_cast<uint8_t*>(written[point]); });

@@ -1,13 +1,12 @@
 // The CPU backend against libdraco's, over whole containers. Stock streams:
 // tests/src/loader/draco_stream_test.cpp.
-#include "src/cpu/cpu_backend.h"
-
 #include <algorithm>
 #include <cstring>
 #include <random>
 
 #include "encoder/encode_mesh.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/cpu/checked_decode.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"

@@ -1,7 +1,7 @@
 // Whole streams in their own terms, against libdraco.
 #include <set>
 
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/expect.h"
 
@@ -9,7 +9,7 @@ namespace psplit {
 namespace {
 
 TEST(DecodeGeometry, GivesEachAttributeInItsOwnType) {
-  std::set<core::DataType> types;
+  std::set<DataType> types;
   for_each_draco_cloud([&](const DracoStream& stream) {
     SCOPED_TRACE(stream.name);
     const RawMesh expected = must(decode_cloud_with_libdraco(stream.bytes));

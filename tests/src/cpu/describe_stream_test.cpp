@@ -5,8 +5,8 @@
 
 #include "encoder/fields/expand_container.h"
 #include "encoder/libdraco/draco_backend.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_features.h"

@@ -1,10 +1,10 @@
 // Metadata of streams, against libdraco's and against trees that a test writes.
-#include "src/cpu/draco_metadata.h"
+#include "tests/support/draco_metadata.h"
 
 #include <random>
 
+#include "psplit/decode.h"
 #include "tests/support/draco_clouds.h"
-#include "tests/support/draco_metadata.h"
 #include "tests/support/expect.h"
 #include "tests/support/mutants.h"
 #include "tests/support/sanitizers.h"

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/encode.h"
 #include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 

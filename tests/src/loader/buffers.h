@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "src/loader/loader.h"
+#include "psplit/loader.h"
 
 namespace psplit {
 

@@ -1,8 +1,8 @@
 // Stock Draco streams by the loader, against libdraco.
 
-#include "src/cpu/draco_stream.h"
-
 #include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"

@@ -1,13 +1,13 @@
-#include "src/loader/loader.h"
+#include "psplit/loader.h"
 
 #include <algorithm>
 #include <atomic>
 #include <random>
 
 #include "encoder/fields/expand_container.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/container/claims.h"
-#include "src/cpu/cpu_backend.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/src/loader/counted_memory.h"
 #include "tests/support/decode_bytes.h"

@@ -1,9 +1,9 @@
-#include "src/mesh/value_bounds.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <random>
+
+#include "psplit/mesh.h"
 
 namespace psplit {
 namespace {

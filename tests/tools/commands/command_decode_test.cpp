@@ -1,5 +1,5 @@
 // gltf-psplit decode: every backend and every input decode to the same bytes.
-#include "decoder_cuda/psplit_cuda.h"
+#include "psplit/cuda.h"
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {

@@ -6,9 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/tools/run_command.h"

@@ -1,5 +1,5 @@
 // gltf-psplit inspect: its JSON, its table, and the preview.
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 #include "tests/support/stock_stream.h"
 #include "tests/tools/commands/sample_assets.h"
 

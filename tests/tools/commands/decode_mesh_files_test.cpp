@@ -1,8 +1,7 @@
 // gltf-psplit decode to mesh files: what they hold is what the asset holds, and what they cannot hold is named.
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "tests/tools/commands/sample_assets.h"
 
 namespace psplit {

@@ -1,10 +1,10 @@
 #include "tools/gltf_psplit/compare/comparison.h"
 
-#include "encoder/libdraco/draco_backend.h"
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/reproducible_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"

@@ -1,9 +1,8 @@
 // Which meshes count as the same, and the reports about those that differ.
 #include "tools/gltf_psplit/diff/compare_assets.h"
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/json/json.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tools/gltf_psplit/diff/compare_assets.h"

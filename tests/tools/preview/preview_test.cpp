@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/json/json.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/document.h"
+#include "psplit/gltf.h"
 #include "tests/support/expect.h"
 #include "tools/gltf_psplit/preview/picture.h"
 #include "tools/gltf_psplit/preview/visibility.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_report.h"
 #include "tools/gltf_psplit/batch/manifest.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 #include "tools/gltf_psplit/batch/manifest.h"
 
 namespace psplit {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "gltf_ext/document/write_document.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/document.h"
 #include "system/files.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/encode_report.h"

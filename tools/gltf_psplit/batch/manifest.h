@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "gltf_ext/json/json.h"
-#include "src/status.h"
+#include "psplit/base.h"
 #include "system/files.h"
 #include "system/text_lines.h"
 

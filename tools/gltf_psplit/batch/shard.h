@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

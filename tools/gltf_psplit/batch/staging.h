@@ -6,7 +6,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "src/status.h"
+#include "psplit/base.h"
 #include "tools/gltf_psplit/batch/manifest.h"
 
 namespace psplit {

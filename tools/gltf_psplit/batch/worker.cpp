@@ -10,12 +10,11 @@
 #include <thread>
 #include <utility>
 
-#include "gltf_ext/convert/decode_document.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "psplit/gltf.h"
 #include "src/catch_exceptions.h"
 #include "src/stopwatch.h"
 #include "system/child_process.h"

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "decoder_cuda/psplit_cuda.h"
-#include "encoder/libdraco/draco_backend.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "psplit/cuda.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"

@@ -2,12 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "gltf_ext/convert/decode_document.h"
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/gltf.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"

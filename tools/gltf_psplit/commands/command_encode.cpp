@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <memory>
 
-#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "mesh_files/read_asset.h"
+#include "psplit/gltf.h"
 #include "src/catch_exceptions.h"
 #include "src/stopwatch.h"
 #include "system/operating_system.h"

@@ -2,8 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "gltf_ext/convert/expand_document.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/gltf.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"

@@ -7,13 +7,12 @@
 #include <memory>
 #include <string>
 
-#include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "mesh_files/write_mesh_file.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/document.h"
+#include "psplit/parallel.h"
 #include "system/files.h"
 #include "system/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "src/status.h"
+#include "psplit/base.h"
 #include "tools/gltf_psplit/options/session.h"
 
 namespace CLI {

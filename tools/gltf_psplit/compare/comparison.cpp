@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "encoder/encode_mesh.h"
-#include "encoder/libdraco/draco_backend.h"
 #include "gltf_ext/convert/encode_job.h"
+#include "psplit/encode.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 #include "tools/gltf_psplit/report/number_text.h"

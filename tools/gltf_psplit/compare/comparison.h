@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
+#include "psplit/gltf.h"
 #include "tools/gltf_psplit/compare/measure.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 

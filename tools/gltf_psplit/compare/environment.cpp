@@ -4,8 +4,8 @@
 #include <fstream>
 #include <thread>
 
-#include "decoder_cuda/psplit_cuda.h"
-#include "encoder/libdraco/draco_backend.h"
+#include "psplit/cuda.h"
+#include "psplit/encode.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/mesh/mesh.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 

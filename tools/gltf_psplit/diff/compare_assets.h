@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 #include "tools/gltf_psplit/diff/read_asset_meshes.h"
 
 namespace psplit {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/primitive/memory_limit.h"
 #include "mesh_files/origin.h"
+#include "psplit/document.h"
 #include "tools/gltf_psplit/diff/read_asset_meshes.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/session.h"

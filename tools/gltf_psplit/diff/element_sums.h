@@ -15,8 +15,8 @@
 #include <optional>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "src/parallel.h"
+#include "psplit/encode.h"
+#include "psplit/parallel.h"
 #include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {

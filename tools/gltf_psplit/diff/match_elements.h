@@ -16,7 +16,7 @@
 #include <optional>
 #include <vector>
 
-#include "src/status.h"
+#include "psplit/base.h"
 #include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 
 namespace psplit {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/options/session.h"

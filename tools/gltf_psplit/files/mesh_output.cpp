@@ -5,14 +5,14 @@
 #include <deque>
 #include <map>
 
-#include "encoder/encode.h"
 #include "gltf_ext/document/named_binary.h"
 #include "gltf_ext/document/place_images.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/view_in_place.h"
 #include "mesh_files/mtl.h"
 #include "mesh_files/write_mesh_file.h"
-#include "src/cpu/cpu_backend.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "system/image_type.h"
 #include "system/uri.h"
 #include "tools/gltf_psplit/preview/scene.h"

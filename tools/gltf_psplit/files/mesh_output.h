@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
-#include "encoder/encode.h"
-#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_document.h"
 #include "mesh_files/asset_format.h"
+#include "psplit/document.h"
+#include "psplit/encode.h"
+#include "psplit/gltf.h"
 #include "tools/gltf_psplit/options/session.h"
 
 namespace psplit {

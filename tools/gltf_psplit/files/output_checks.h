@@ -6,9 +6,9 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_document.h"
 #include "mesh_files/asset_format.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/document.h"
 #include "tools/gltf_psplit/options/file_options.h"
 
 namespace psplit {

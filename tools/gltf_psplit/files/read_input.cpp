@@ -1,6 +1,6 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "system/operating_system.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 

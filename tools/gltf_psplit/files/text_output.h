@@ -4,7 +4,7 @@
 #include <string>
 
 #include "gltf_ext/json/json.h"
-#include "src/status.h"
+#include "psplit/base.h"
 #include "system/files.h"
 
 namespace psplit {

@@ -4,8 +4,8 @@
 
 #include "encoder/fields/expand_container.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "psplit/decode.h"
 #include "src/container/patch_boxes.h"
-#include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {

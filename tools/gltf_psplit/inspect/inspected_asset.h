@@ -9,8 +9,8 @@
 #include "encoder/fields/section_bytes.h"
 #include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/container/stream_description.h"
-#include "src/parallel.h"
+#include "psplit/decode.h"
+#include "psplit/parallel.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 

@@ -6,11 +6,11 @@
 #include <mutex>
 #include <optional>
 
-#include "decoder_cuda/psplit_cuda.h"
 #include "encoder/libdraco/draco_backend.h"
+#include "psplit/cuda.h"
+#include "psplit/decode.h"
+#include "psplit/encode.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/cpu/draco_stream.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/file_options.h"
 

@@ -4,8 +4,7 @@
 #include <span>
 #include <string>
 
-#include "src/container/decode_backend.h"
-#include "src/container/stream_description.h"
+#include "psplit/decode.h"
 
 namespace CLI {
 class App;

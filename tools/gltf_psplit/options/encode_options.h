@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/encode_document_options.h"
 #include "mesh_files/origin.h"
+#include "psplit/gltf.h"
 
 namespace CLI {
 class App;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/document/write_document.h"
+#include "psplit/document.h"
 
 namespace CLI {
 class App;

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "gltf_ext/primitive/memory_limit.h"
+#include "psplit/document.h"
 
 namespace CLI {
 class App;

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 #include "system/files.h"
 #include "tools/gltf_psplit/report/log.h"
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/parallel.h"
 #include "tools/gltf_psplit/preview/camera.h"
 #include "tools/gltf_psplit/preview/scene.h"
 #include "tools/gltf_psplit/shapes/vec3.h"

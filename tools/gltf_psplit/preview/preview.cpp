@@ -1,7 +1,8 @@
 #include "tools/gltf_psplit/preview/preview.h"
 
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/container/stream_description.h"
+#include "src/container/stored_type.h"
 #include "src/cpu/convert.h"
 #include "tools/gltf_psplit/preview/picture.h"
 
@@ -33,7 +34,7 @@ Vectors vectors_of(const Attribute& attribute) {
   vectors.resize(attribute.values.size() / stride);
   for (size_t i = 0; i < vectors.size(); ++i)
     convert_components(reinterpret_cast<const uint8_t*>(attribute.values.data()) + i * stride,
-                       stored_type(attribute.component_type), attribute.normalized, 3, core::DataType::kFloat32,
+                       stored_type(attribute.component_type), attribute.normalized, 3, DataType::kFloat32,
                        reinterpret_cast<uint8_t*>(&vectors[i]));
   return vectors;
 }

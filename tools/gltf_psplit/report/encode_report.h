@@ -6,9 +6,8 @@
 #include <string>
 
 #include "gltf_ext/convert/coarse_primitives.h"
-#include "gltf_ext/convert/encode_document_options.h"
-#include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/json/json.h"
+#include "psplit/gltf.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/patch_summary.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

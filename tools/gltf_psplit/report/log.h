@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "src/status.h"
+#include "psplit/base.h"
 
 namespace psplit {
 

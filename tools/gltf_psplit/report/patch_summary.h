@@ -2,8 +2,8 @@
 #pragma once
 
 #include "gltf_ext/primitive/read_primitives.h"
+#include "psplit/decode.h"
 #include "src/container/patch_container.h"
-#include "src/container/stream_description.h"
 
 namespace psplit {
 

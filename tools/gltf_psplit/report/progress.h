@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "src/container/decode_backend.h"
+#include "psplit/decode.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 #include "tools/gltf_psplit/shapes/fields.h"
 
 namespace psplit {

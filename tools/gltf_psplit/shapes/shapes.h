@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "src/mesh/mesh.h"
-#include "src/parallel.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

@@ -8,7 +8,7 @@
 
 #include "bindings/web/src/exports.h"
 #include "encoder/coding/step_grid.h"
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 
 // The module's only import: is told the number of faces of the mesh that are encoded.
 extern "C" [[clang::import_module("psplit"), clang::import_name("faces_encoded")]] void faces_encoded(

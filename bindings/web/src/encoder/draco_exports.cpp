@@ -9,14 +9,14 @@ namespace psplit::web {
 namespace {
 
 // Values of 32 bits are signed or not by their label.
-ComponentType component_type_of(core::DataType type) {
+ComponentType component_type_of(DataType type) {
   switch (type) {
-    case core::DataType::kInt8: return ComponentType::kInt8;
-    case core::DataType::kUint8: return ComponentType::kUint8;
-    case core::DataType::kInt16: return ComponentType::kInt16;
-    case core::DataType::kUint16: return ComponentType::kUint16;
-    case core::DataType::kInt32:
-    case core::DataType::kUint32: return ComponentType::kUint32;
+    case DataType::kInt8: return ComponentType::kInt8;
+    case DataType::kUint8: return ComponentType::kUint8;
+    case DataType::kInt16: return ComponentType::kInt16;
+    case DataType::kUint16: return ComponentType::kUint16;
+    case DataType::kInt32:
+    case DataType::kUint32: return ComponentType::kUint32;
     default: return ComponentType::kFloat32;
   }
 }
@@ -39,7 +39,7 @@ PSPLIT_WEB_EXPORT(set_face_count) void* set_face_count(DracoMesh* mesh, uint32_t
 // Draco's.
 PSPLIT_WEB_EXPORT(add_attribute)
 void* add_attribute(DracoMesh* mesh, uint32_t semantic, uint32_t type, uint32_t components) {
-  const DracoLabel label{static_cast<DracoSemantic>(semantic), static_cast<core::DataType>(type)};
+  const DracoLabel label{static_cast<DracoSemantic>(semantic), static_cast<DataType>(type)};
   const std::string name = label.semantic == DracoSemantic::kPosition && mesh->mesh.find("POSITION") == nullptr
                                ? "POSITION"
                                : std::to_string(static_cast<unsigned>(mesh->labels.size()));

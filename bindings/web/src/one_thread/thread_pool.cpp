@@ -1,7 +1,7 @@
 // The thread pool of a module with one thread: the calling thread does all work.
 #include <algorithm>
 
-#include "src/parallel.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 

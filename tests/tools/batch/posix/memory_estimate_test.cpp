@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "encoder/coding/choose_codings.h"
-#include "encoder/encode.h"
+#include "psplit/encode.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/stock_stream.h"
 #include "tests/tools/batch/posix/batch_jobs.h"

@@ -4,7 +4,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/primitive/accessors.h"
-#include "src/cpu/draco_stream.h"
+#include "psplit/decode.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/number_text.h"

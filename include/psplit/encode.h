@@ -14,24 +14,105 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
-#include "encoder/coding/coding_options.h"
-#include "encoder/encoded_mesh.h"
-#include "encoder/partition/partition.h"
-#include "encoder/patch_counts.h"
-#include "src/container/decode_backend.h"
-#include "src/export.h"
-#include "src/mesh/mesh.h"
-#include "src/mesh/mesh_view.h"
-#include "src/parallel.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
+
+// ---- How values are stored ----
+
+// How the values of one attribute are stored.
+inline constexpr int kMostGridBits = 30;  // of a component on a quantization grid: libdraco's limit
+
+// bits == 0 keeps the values exactly as they are.
+struct AttributeCoding {
+  int bits = 0;             // 1 to kMostGridBits; only for kFloat32 attributes
+  bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 or more)
+  // The grid of every other quantized attribute: value = origin + i * range / (2^bits - 1). Each component has
+  // an origin of its own. Meshes that must fit together need the same grid. The encoder fits grids that
+  // libdraco reproduces to the bit.
+  std::vector<float> origin;
+  float range = 0;
+  bool exact = false;  // every value is on the grid, and comes back as it is
+};
+
+// A sentence about an attribute, which it names.
+struct PrecisionNote {
+  std::string text;
+  bool is_warning = false;  // something is lost: the caller gave the bits, so that nothing was done
+};
+
+// The attributes whose bits the user states.
+struct GivenBits {
+  bool position = false, normal = false, texcoord = false, color = false, generic = false;
+};
+
+// Bits of a component on its quantization grid; 0 keeps the values exactly as they are.
+struct CodingOptions {
+  int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
+  bool lossless = false;  // every attribute exactly as it is
+  // Grids of given bits stay, even if they lose what the mesh tells apart.
+  GivenBits given{};
+  std::set<std::string> exact{};  // names of attributes that are kept exactly
+
+  // For callers who do not know what the user states: bits that differ from the default count as given.
+  PSPLIT_EXPORT void give_changed_bits();
+};
+
+// ---- Into how many patches meshes are cut, and how ----
+
+// Primitives of at least this many faces are split if the caller states no limit. Two patches then cost about
+// 2 % of the primitive's bytes (docs/benchmarks.md).
+inline constexpr uint64_t kMinFaces = 20000;
+// Faces of a patch if decoding is to take the least time. On one thread and on several, patches of this size
+// decode fastest (docs/benchmarks.md).
+inline constexpr uint64_t kSpeedPatchFaces = 4800;
+// The most patches if bytes count more. Four patches keep four threads busy, at less than a third of the cost
+// of 16 patches.
+inline constexpr uint64_t kMostPatchesForSize = 4;
+
+// Into how many patches primitives are cut: by `count`, otherwise by `faces`. If both are 0, a primitive of
+// kMinFaces or more is cut into 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces.
+struct PatchTarget {
+  uint64_t count = 0;        // of all primitives together
+  uint64_t least_faces = 0;  // `count` is reduced until each patch has at least this many faces
+  uint64_t faces = 0;        // of a patch: a primitive of F faces gets round(F / faces) patches, at least 1
+  uint64_t most = 0;         // of a primitive, if count and faces are 0; 0 means no bound
+  // Smaller primitives stay whole. 0 means kMinFaces if count and faces are 0, and no bound otherwise.
+  uint64_t min_faces = 0;
+  bool always = false;  // store meshes that stay whole as one patch, too, and patches whatever they cost
+
+  // Whether the caller asks for patches, and does not leave it to the size of each primitive.
+  bool is_given() const { return count > 0 || faces > 0 || always; }
+};
+
+// 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces, and one patch below `min_faces`. Threads then
+// get equal work, and the bytes beyond those of a single stream are about 2 % (docs/benchmarks.md).
+PSPLIT_EXPORT uint64_t default_patch_count(uint64_t faces, uint64_t min_faces = kMinFaces);
+
+// The number of patches of each primitive, given its number of faces.
+PSPLIT_EXPORT std::vector<uint32_t> patch_counts(Span<const uint64_t> faces, const PatchTarget& target);
+
+enum class PartitionMethod {
+  kMultilevel,  // levels of cells; the coarsest graph is cut in halves, and borders are refined at each level
+  kPaper,       // farthest-point samples, clusters of faces around them, k-means of the clusters
+};
+
+// How the paper's method measures the distance between faces.
+enum class PathDistance {
+  kDijkstra,  // shortest paths along edges and over the centres of faces
+  kGeodesic,  // fast marching, straight across faces
+};
+
+// ---- Options ----
 
 // What becomes of a mesh.
 enum class Storage : uint8_t {
@@ -111,6 +192,8 @@ struct OwnCoding {
   std::optional<AttributeCoding> grid{};  // has the bits, too
 };
 
+// ---- A mesh, and what it becomes ----
+
 // A mesh on its way through the encoder.
 struct MeshToEncode {
   Mesh mesh;
@@ -143,6 +226,57 @@ struct KeptMesh {
   AttributeCoding positions{};
 };
 
+class StoredBytes;  // bytes that do not have to fit into memory
+
+struct EncodeStatistics {
+  uint32_t patch_count = 0;    // without the residue
+  uint64_t merged_points = 0;  // duplicates that were merged
+  uint64_t dropped_faces = 0;
+  uint64_t dropped_points = 0;
+  uint64_t residue_faces = 0;   // faces that repeat an index, which Edgebreaker cannot encode
+  uint64_t residue_points = 0;  // points that no other stream has
+  // The largest distance between a position of the input and its decoded position. Nothing if it was not
+  // verified.
+  std::optional<double> position_error;
+  double partition_ms = 0;
+  double encode_ms = 0;  // all of encoding except decoding and verifying the whole
+  double verify_ms = 0;
+};
+
+// A container of patches, or a Draco stream without a container.
+struct EncodedPiece {
+  bool is_container = true;
+  std::vector<uint8_t> bytes;
+  std::shared_ptr<StoredBytes> stored;  // the bytes of a mesh that was encoded in parts, instead of `bytes`
+  std::vector<StreamEntry> entries;     // the directory's rows; that of a lone stream has no stitch map
+  uint32_t head_bytes = 0;              // of the container's head: what condensed streams share, and boxes
+  uint32_t point_count = 0, face_count = 0;
+  uint32_t used_point_count = 0;  // without those that no face uses, which come last
+  // What it decodes to, and for each decoded point the input point that it was. Morph targets and other arrays
+  // per point are reordered accordingly. Of a mesh in parts `bounds` instead: of the decoded values of each
+  // attribute.
+  Mesh decoded;
+  std::vector<uint32_t> source_point;
+  std::vector<ValueBounds> bounds;
+
+  PSPLIT_EXPORT uint64_t size() const;  // in bytes
+};
+
+struct EncodedMesh {
+  // One in most cases. A mesh in parts may exceed a container, and patches may be streams of their own. If
+  // pieces share a point, each has it.
+  std::vector<EncodedPiece> pieces;
+  // In the order of the input's attributes: how to request each from a decoder, and how it is stored.
+  std::vector<AttributeRequest> requests;
+  std::vector<AttributeCoding> codings;
+  std::vector<PrecisionNote> notes;  // what was done for its precision, and what it loses
+  EncodeStatistics statistics;       // of all pieces together
+
+  bool is_in_container() const { return !pieces.empty() && pieces.front().is_container; }
+};
+
+// ---- Encoding ----
+
 // Chooses how the attributes of all meshes are stored, and into how many patches each is cut. Grids whose bits
 // are not given are finer where they would lose what a mesh tells apart. Values of
 // quantized attributes that exceed glTF's limits by rounding noise are set to the limits, and weights are
@@ -168,7 +302,15 @@ PSPLIT_EXPORT Expected<EncodedMesh> encode(MeshToEncode&& mesh, const EncodeOpti
 PSPLIT_EXPORT Expected<EncodedMesh> encode(Mesh mesh, const EncodeOptions& options, const ThreadPool& pool,
                                            const Watch& watch = {});
 
-// For each point of a planned mesh 1 if encode() stores its values, otherwise 0.
-std::vector<uint8_t> stored_points(const MeshToEncode& mesh, const EncodeOptions& options);
+// ---- libdraco, for comparison ----
+
+// Decodes each stream with libdraco to a mesh of libdraco's, one thread for each patch. Stock streams may be of
+// any bitstream that libdraco knows. Errors: kInvalidInput. Checks before each task whether to stop, and
+// reports progress in tasks. Thread-safe.
+PSPLIT_EXPORT DecodeBackend draco_backend();
+
+// The version of the libdraco that this was built with; empty if there is none.
+PSPLIT_EXPORT std::string draco_version();
+inline bool has_draco() { return !draco_version().empty(); }
 
 }  // namespace psplit

@@ -27,9 +27,9 @@
 #include <string>
 #include <vector>
 
-#include "decoder_cuda/psplit_cuda.h"
-#include "src/loader/loader.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/cuda.h"
+#include "psplit/loader.h"
 
 namespace psplit {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "src/container/decode_backend.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
 
 struct CUstream_st;  // what a cudaStream_t points to
 

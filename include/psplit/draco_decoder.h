@@ -26,8 +26,8 @@
 #include <utility>
 #include <vector>
 
-#include "src/cpu/draco_stream.h"
-#include "src/span.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
 
 namespace psplit {
 

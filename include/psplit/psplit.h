@@ -45,6 +45,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "version.h"
+
 #if defined(_WIN32) && defined(PSPLIT_C_BUILDS)
 #define PSPLIT_API __declspec(dllexport)
 #elif defined(_WIN32)
@@ -61,13 +63,7 @@ extern "C" {
 
 // ---- Versions ----
 
-// Of this header.
-#define PSPLIT_VERSION_MAJOR 0
-#define PSPLIT_VERSION_MINOR 1
-#define PSPLIT_VERSION_PATCH 0
-#define PSPLIT_VERSION (PSPLIT_VERSION_MAJOR * 0x10000 + PSPLIT_VERSION_MINOR * 0x100 + PSPLIT_VERSION_PATCH)
-
-// That of the library, as PSPLIT_VERSION.
+// That of the library, as PSPLIT_VERSION, which is that of this header.
 PSPLIT_API uint32_t psplit_version(void);
 
 // 1 if the library can encode, otherwise 0: psplit_encode then returns PSPLIT_ERROR_UNSUPPORTED.

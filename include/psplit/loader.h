@@ -1,6 +1,6 @@
 // Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into the caller's memory. For
 // loaders of any kind, whatever library reads their JSON. A .drc file comes without JSON: decode_draco
-// (src/cpu/draco_stream.h) decodes it.
+// (decode.h) decodes it.
 //
 //   PrimitiveSource source;                     // from the primitive's JSON
 //   source.bytes = ...;                         // of extensions.PSPLIT_mesh_draco_patches.bufferView
@@ -21,7 +21,7 @@
 //   counts     callers take memory according to them: indices of 4 bytes and the values of all attributes are
 //              together at most limit(container)
 //   decode     each thread takes at most limit(stream) for each of the three streams that it decodes at
-//              once, and keeps it for the next call until release_scratch (src/cpu/cpu_backend.h). Streams
+//              once, and keeps it for the next call until release_scratch (decode.h). Streams
 //              that an encoder wrote take some dozen bytes for each of their faces and values. In addition: 12
 //              bytes for each point; 8 for each face corner that is a reference, and as much again while their
 //              number grows; 128 for each byte of the container. If an accessor declares another type than was
@@ -42,10 +42,9 @@
 #include <memory>
 #include <vector>
 
-#include "src/container/decode_backend.h"
-#include "src/mesh/mesh.h"
-#include "src/span.h"
-#include "src/status.h"
+#include "psplit/base.h"
+#include "psplit/decode.h"
+#include "psplit/mesh.h"
 
 namespace psplit {
 
@@ -120,7 +119,7 @@ class PSPLIT_EXPORT CompressedPrimitive {
   // kInvalidInput for boxes that are broken. Decoding does not read them.
   Expected<std::vector<PatchBox>> patch_boxes() const;
 
-  // The opened bytes for decoders: CudaPrimitive (decoder_cuda/psplit_cuda.h) and DecodeTask point to them.
+  // The opened bytes for decoders: CudaPrimitive (cuda.h) and DecodeTask point to them.
   // Lives as long as a copy of this object.
   const PatchContainer& container() const;
 

@@ -1,0 +1,173 @@
+// Meshes in plain arrays: those of psplit, and views of the caller's.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "psplit/base.h"
+
+namespace psplit {
+
+// glTF's component types, with the numbers that glTF gives them.
+enum class ComponentType : uint16_t {
+  kInt8 = 5120,
+  kUint8 = 5121,
+  kInt16 = 5122,
+  kUint16 = 5123,
+  kUint32 = 5125,
+  kFloat32 = 5126,
+};
+
+constexpr size_t component_bytes(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8:
+    case ComponentType::kUint8: return 1;
+    case ComponentType::kInt16:
+    case ComponentType::kUint16: return 2;
+    case ComponentType::kUint32:
+    case ComponentType::kFloat32: return 4;
+  }
+  return 0;
+}
+
+// An allocator for vectors that are filled right after resize: new elements are not initialized. So memory is
+// not zeroed first, and each thread touches only the part that it writes.
+template <typename T>
+struct Unzeroed : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = Unzeroed<U>;
+  };
+  template <typename U>
+  void construct(U* at) noexcept {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <typename U, typename... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+template <typename T>
+using Array = std::vector<T, Unzeroed<T>>;
+
+// One value for each point, tightly packed.
+struct Attribute {
+  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 3;  // 1 to 16 (MAT4)
+  bool normalized = false;
+  Array<std::byte> values;  // point_count * stride() bytes, little-endian
+
+  size_t stride() const { return component_bytes(component_type) * component_count; }
+};
+
+// One triangle primitive. All parts of psplit exchange meshes in this form.
+struct Mesh {
+  uint32_t point_count = 0;
+  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count; none: a point cloud
+  std::vector<Attribute> attributes;     // semantics are unique; POSITION is one of them
+
+  // Null if the mesh has no such attribute.
+  const Attribute* find(const std::string& semantic) const {
+    for (const Attribute& attribute : attributes)
+      if (attribute.semantic == semantic) return &attribute;
+    return nullptr;
+  }
+};
+
+// Values, or indices. Bytes may have any alignment.
+struct ValuesView {
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 1;
+  bool normalized = false;
+  uint32_t count = 0;
+  Span<const std::byte> bytes{};
+  size_t stride = 0;  // from one value to the next; 0: tightly packed
+
+  size_t value_bytes() const { return component_bytes(component_type) * component_count; }
+  size_t step() const { return stride == 0 ? value_bytes() : stride; }
+  const std::byte* at(size_t index) const { return bytes.data() + index * step(); }
+};
+
+// A mesh in arrays that belong to someone else.
+struct MeshView {
+  struct Values {
+    std::string semantic;
+    ValuesView values;
+  };
+  uint32_t point_count = 0;
+  std::vector<Values> attributes{};
+  ValuesView indices{};  // unsigned, three for each face; without bytes they are 0, 1, 2 and so on
+
+  // Null if the mesh has no such attribute.
+  const ValuesView* find(const std::string& semantic) const {
+    for (const Values& attribute : attributes)
+      if (attribute.semantic == semantic) return &attribute.values;
+    return nullptr;
+  }
+  uint32_t index(size_t number) const {
+    if (indices.bytes.empty()) return static_cast<uint32_t>(number);
+    uint32_t index = 0;
+    std::memcpy(&index, indices.at(number), indices.value_bytes());  // little-endian, as glTF
+    return index;
+  }
+};
+
+// The bounds of an attribute's values, as the accessors of glTF state them: the least and the largest finite
+// value of each component. A component without finite values has a least value
+// above the largest until finish().
+struct ValueBounds {
+  std::vector<double> least, most;
+
+  // Values that are `stride` bytes apart. Each call has the same type and number of components.
+  void add(ComponentType type, size_t component_count, const std::byte* values, size_t count, size_t stride) {
+    if (least.empty()) {
+      least.assign(component_count, std::numeric_limits<double>::infinity());
+      most.assign(component_count, -std::numeric_limits<double>::infinity());
+    }
+    switch (type) {
+      case ComponentType::kInt8: return add_as<int8_t>(values, count, stride);
+      case ComponentType::kUint8: return add_as<uint8_t>(values, count, stride);
+      case ComponentType::kInt16: return add_as<int16_t>(values, count, stride);
+      case ComponentType::kUint16: return add_as<uint16_t>(values, count, stride);
+      case ComponentType::kUint32: return add_as<uint32_t>(values, count, stride);
+      case ComponentType::kFloat32: return add_as<float>(values, count, stride);
+    }
+  }
+  // Without finite values, both are 0.
+  void finish() {
+    for (size_t c = 0; c < least.size(); ++c)
+      if (least[c] > most[c]) least[c] = most[c] = 0;
+  }
+
+ private:
+  template <typename T>
+  void add_as(const std::byte* values, size_t count, size_t stride) {
+    for (size_t c = 0; c < least.size(); ++c) {
+      T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
+      for (size_t i = 0; i < count; ++i) {
+        T value;
+        std::memcpy(&value, values + i * stride + c * sizeof(T), sizeof(T));
+        if constexpr (std::is_floating_point_v<T>)
+          if (!std::isfinite(value)) continue;
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      if (low > high) continue;
+      least[c] = std::min(least[c], static_cast<double>(low));
+      most[c] = std::max(most[c], static_cast<double>(high));
+    }
+  }
+};
+
+}  // namespace psplit

@@ -1,0 +1,17 @@
+// The version of these headers, for C and C++.
+#ifndef PSPLIT_VERSION_H
+#define PSPLIT_VERSION_H
+
+#define PSPLIT_VERSION_MAJOR 0
+#define PSPLIT_VERSION_MINOR 1
+#define PSPLIT_VERSION_PATCH 0
+// So that versions can be compared.
+#define PSPLIT_VERSION (PSPLIT_VERSION_MAJOR * 0x10000 + PSPLIT_VERSION_MINOR * 0x100 + PSPLIT_VERSION_PATCH)
+#define PSPLIT_TEXT_OF_VALUE(value) #value
+#define PSPLIT_TEXT_OF(macro) PSPLIT_TEXT_OF_VALUE(macro)
+// "0.1.0"
+#define PSPLIT_VERSION_TEXT            \
+  PSPLIT_TEXT_OF(PSPLIT_VERSION_MAJOR) \
+  "." PSPLIT_TEXT_OF(PSPLIT_VERSION_MINOR) "." PSPLIT_TEXT_OF(PSPLIT_VERSION_PATCH)
+
+#endif

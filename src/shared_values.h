@@ -1,0 +1,34 @@
+// Values that several threads read and write at once.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace psplit {
+
+// For a value that one body reads while another changes it, if either value is good enough. libc++ has no
+// atomic_ref before version 19.
+inline uint32_t load_shared(const uint32_t& value) {
+#ifdef __cpp_lib_atomic_ref
+  return std::atomic_ref(const_cast<uint32_t&>(value)).load(std::memory_order_relaxed);
+#else
+  return __atomic_load_n(&value, __ATOMIC_RELAXED);
+#endif
+}
+inline void store_shared(uint32_t& value, uint32_t next) {
+#ifdef __cpp_lib_atomic_ref
+  std::atomic_ref(value).store(next, std::memory_order_relaxed);
+#else
+  __atomic_store_n(&value, next, __ATOMIC_RELAXED);
+#endif
+}
+// Adds one, and returns the value before.
+inline uint32_t add_one_shared(uint32_t& value) {
+#ifdef __cpp_lib_atomic_ref
+  return std::atomic_ref(value).fetch_add(1, std::memory_order_relaxed);
+#else
+  return __atomic_fetch_add(&value, 1, __ATOMIC_RELAXED);
+#endif
+}
+
+}  // namespace psplit
