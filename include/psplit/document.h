@@ -33,7 +33,7 @@ struct PrimitiveId {
   }
 };
 
-// The JSON of an asset, which is edited in place. <nlohmann/json.hpp> has the type of the tree.
+// The JSON of an asset, a tree of nlohmann-json's, which is edited in place.
 class PSPLIT_EXPORT AssetTree {
  public:
   AssetTree();
