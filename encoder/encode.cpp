@@ -144,46 +144,44 @@ void free_arrays(Mesh& mesh) {
 struct Stopped {};
 #endif
 
-// Runs the work on a pool that leaves out all that is left when the caller stops it. Stages divide their work
-// into many tasks, so none of them has to ask. Without exceptions only encode_streams asks, before each patch.
-template <typename Work>
-Expected<EncodedMesh> stoppable(const ThreadPool& pool, [[maybe_unused]] const Watch& watch, const Work& work) {
-#ifdef __cpp_exceptions
-  if (watch.stop != nullptr) {
-    const ThreadPool asking(pool.thread_count(), [&](size_t count, const std::function<void(size_t)>& body) {
-      pool.for_each(count, [&](size_t i) {
-        if (watch.stopped()) throw Stopped();
-        body(i);
-      });
-    });
-    try {
-      return work(asking);
-    } catch (const Stopped&) {
-      return cancelled();
-    }
-  }
-#endif
-  return work(pool);
-}
-
-Expected<EncodedMesh> encode(const MeshToEncode& source, const EncodeOptions& options, const ThreadPool& pool,
-                             const Watch& watch, std::function<void()> free_input) {
+// If `freed` is not null, it is the mesh, whose faces and values are freed as soon as they can be.
+Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOptions& options,
+                                     const ThreadPool& pool, const Watch& watch, Mesh* freed) {
   if (source.codings.size() != source.mesh.attributes.size()) return wrong_usage("the mesh is not planned");
   const size_t face_count = source.mesh.faces.size();
   std::atomic<size_t> done = 0;
   StreamOptions streams = stream_options(options, source.patch_count);
   streams.condense &= !source.is_condensed_later;
+  // Edgebreaker has no faces that repeat a point.
+  streams.in_order =
+      options.storage == Storage::kInOrder ||
+      (options.storage == Storage::kOneStream && std::ranges::all_of(source.mesh.faces, repeats_a_point));
   if (watch.progress) streams.patch_encoded = [&](size_t faces) { watch.progress(done += faces, face_count); };
   streams.stop = watch.stop;
-  streams.free_input = std::move(free_input);
-  Expected<EncodedMesh> encoded = stoppable(pool, watch, [&](const ThreadPool& threads) {
-    // Edgebreaker has no faces that repeat a point.
-    if (options.storage == Storage::kInOrder ||
-        (options.storage == Storage::kOneStream && std::ranges::all_of(source.mesh.faces, repeats_a_point)))
-      return encode_in_order(source.mesh, source.codings, streams, threads);
+  if (freed != nullptr) streams.free_input = [freed] { free_arrays(*freed); };
+  const auto encode_on = [&](const ThreadPool& threads) {
     const DistinctBytes distinct(source);
     return encode_mesh(source.mesh, source.codings, streams, threads, distinct.bytes, distinct.stride);
+  };
+  Expected<EncodedMesh> encoded = cancelled();
+#ifdef __cpp_exceptions
+  // When the caller stops the work, all tasks that are left are left out. Stages divide their work into many
+  // tasks, so none of them has to ask. Without exceptions only encode_streams asks, before each patch.
+  const ThreadPool asking(pool.thread_count(), [&](size_t count, const std::function<void(size_t)>& body) {
+    pool.for_each(count, [&](size_t i) {
+      if (watch.stopped()) throw Stopped();
+      body(i);
+    });
   });
+  try {
+    encoded = encode_on(watch.stop != nullptr ? asking : pool);
+  } catch (const Stopped&) {
+    encoded = cancelled();
+  }
+#else
+  encoded = encode_on(pool);
+#endif
+  if (freed != nullptr) free_arrays(*freed);
   if (!encoded) return encoded;
   encoded->codings = source.codings;
   encoded->notes = source.notes;
@@ -306,14 +304,12 @@ Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options, cons
 
 Expected<EncodedMesh> encode(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool,
                              const Watch& watch) {
-  return encode(mesh, options, pool, watch, std::function<void()>());
+  return encode_planned(mesh, options, pool, watch, nullptr);
 }
 
 Expected<EncodedMesh> encode(MeshToEncode&& mesh, const EncodeOptions& options, const ThreadPool& pool,
                              const Watch& watch) {
-  Expected<EncodedMesh> encoded = encode(mesh, options, pool, watch, [&mesh] { free_arrays(mesh.mesh); });
-  free_arrays(mesh.mesh);
-  return encoded;
+  return encode_planned(mesh, options, pool, watch, &mesh.mesh);
 }
 
 Expected<EncodedMesh> encode(Mesh mesh, const EncodeOptions& options, const ThreadPool& pool,

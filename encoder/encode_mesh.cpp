@@ -1,13 +1,14 @@
 #include "encoder/encode_mesh.h"
 
+#include <optional>
 #include <utility>
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense.h"
 #include "encoder/encode_parts.h"
-#include "encoder/encode_patch.h"
 #include "encoder/encode_streams.h"
 #include "encoder/spill.h"
+#include "encoder/stream/encode_stream.h"
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
@@ -16,42 +17,6 @@
 
 namespace psplit {
 namespace {
-
-Expected<EncodedMesh> encode_one_way(const Mesh& input, Span<const AttributeCoding> codings,
-                                     const StreamOptions& options, const ThreadPool& pool,
-                                     Span<const std::byte> extra_point_data, size_t extra_stride) {
-  if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
-  if (input.faces.empty()) return invalid_input("the mesh has no triangles");
-  if (extra_point_data.size() != extra_stride * input.point_count)
-    return invalid_input("extra data of the wrong size");
-  const Stopwatch encode_time;
-  ReducedMesh reduced = reduce(
-      input,
-      {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
-      pool, extra_point_data, extra_stride);
-  // Often nothing is merged or dropped. Then there is one mesh in memory, not two.
-  const bool is_as_it_was = reduced.merged_points + reduced.dropped_faces + reduced.dropped_points == 0;
-  if (is_as_it_was)
-    reduced = ReducedMesh();
-  else if (options.free_input)
-    options.free_input();
-  const Mesh& mesh = is_as_it_was ? input : reduced.mesh;
-  const double reduce_ms = encode_time.ms();
-  if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
-  if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
-    return Status(StatusCode::kUsage, "a partition of another number of faces");
-  Expected<EncodedMesh> encoded = encode_whole(mesh, codings, options, pool);
-  if (!encoded) return encoded;
-  EncodeStatistics& statistics = encoded->statistics;
-  statistics.merged_points = reduced.merged_points;
-  statistics.dropped_faces = reduced.dropped_faces;
-  statistics.dropped_points = reduced.dropped_points;
-  statistics.encode_ms += reduce_ms;
-  if (is_as_it_was) return encoded;
-  for (EncodedPiece& piece : encoded->pieces)
-    for (uint32_t& point : piece.source_point) point = reduced.source_point[point];
-  return encoded;
-}
 
 // What the streams take condensed, or as they are if that is less.
 uint64_t condensed_bytes(const EncodedMesh& encoded, const ThreadPool& pool) {
@@ -63,17 +28,28 @@ uint64_t condensed_bytes(const EncodedMesh& encoded, const ThreadPool& pool) {
   return condensed ? uint64_t{condensed->bytes.size()} : plain;
 }
 
-}  // namespace
+// Whether the mesh whose POSITION is predicted in order of creation takes fewer bytes than the other, both
+// condensed.
+bool is_worth_order_of_creation(const EncodedMesh& created, const EncodedMesh& by_bytes,
+                                const StreamOptions& options, const ThreadPool& pool) {
+  const auto bytes_of = [&](const EncodedMesh& encoded) {
+    return options.condense ? uint64_t{encoded.pieces[0].bytes.size()} : condensed_bytes(encoded, pool);
+  };
+  // Stock Draco that becomes a container changes the JSON. If that does not pay, it stays as it is.
+  constexpr uint64_t kMostJsonBytes = 256;
+  const bool is_stock = !by_bytes.is_in_container();
+  const uint64_t bytes = bytes_of(created);
+  return bytes < bytes_of(by_bytes) && (!is_stock || bytes + kMostJsonBytes < by_bytes.pieces[0].bytes.size());
+}
 
+// The mesh as one sequential stream, which keeps all faces and points, and their order.
 Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,
                                       const StreamOptions& options, const ThreadPool& pool) {
-  if (Status invalid = check_mesh(mesh, codings); !invalid.ok()) return invalid;
-  if (mesh.faces.empty()) return invalid_input("the mesh has no triangles");
   EncodedMesh encoded;
   const Stopwatch encode_time;
   const WeldedMesh welded = weld(mesh, pool);
   PatchMesh whole = whole_mesh(mesh);
-  Expected<std::vector<uint8_t>> bytes = encode_in_order(welded, whole, codings, options);
+  Expected<std::vector<uint8_t>> bytes = encode_sequentially(welded, whole, codings, options);
   if (!bytes) return bytes.status();
   encoded.statistics.encode_ms = encode_time.ms();
   encoded.requests = stream_requests(mesh);
@@ -96,6 +72,8 @@ Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCodi
   return encoded;
 }
 
+}  // namespace
+
 uint64_t EncodedPiece::size() const { return stored != nullptr ? stored->size() : bytes.size(); }
 
 Expected<PatchContainer> open_piece(const EncodedPiece& piece) {
@@ -109,37 +87,57 @@ Expected<PatchContainer> open_piece(const EncodedPiece& piece) {
 Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding> codings,
                                   const StreamOptions& options, const ThreadPool& pool,
                                   Span<const std::byte> extra_point_data, size_t extra_stride) {
-  const auto encode = [&](const StreamOptions& chosen) {
-    return encode_one_way(input, codings, chosen, pool, extra_point_data, extra_stride);
-  };
-  if (!options.choose_by_bytes || !options.condense_smallest || options.alone == Alone::kAll)
-    return encode(options);
+  if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
+  if (input.faces.empty()) return invalid_input("the mesh has no triangles");
+  if (options.in_order) return encode_in_order(input, codings, options, pool);
+  if (extra_point_data.size() != extra_stride * input.point_count)
+    return invalid_input("extra data of the wrong size");
+  const Stopwatch reduce_time;
+  ReducedMesh reduced = reduce(
+      input,
+      {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
+      pool, extra_point_data, extra_stride);
+  // Often nothing is merged or dropped. Then there is one mesh in memory, not two.
+  const bool is_as_it_was = reduced.merged_points + reduced.dropped_faces + reduced.dropped_points == 0;
+  if (is_as_it_was)
+    reduced = ReducedMesh();
+  else if (options.free_input)
+    options.free_input();
+  const Mesh& mesh = is_as_it_was ? input : reduced.mesh;
+  if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
+  if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
+    return wrong_usage("a partition of another number of faces");
+  double encode_ms = reduce_time.ms(), verify_ms = 0;
+
+  // For the fewest bytes both kinds of predictions are tried.
+  const bool tries_both = options.choose_by_bytes && options.condense_smallest && options.alone != Alone::kAll;
   StreamOptions way = options;
-  way.free_input = {};
-  Expected<EncodedMesh> by_bytes = encode(way);
-  if (!by_bytes) return by_bytes;
-  way.free_input = options.free_input;
-  way.in_creation_order = true;
-  way.patch_encoded = {};
-  Expected<EncodedMesh> created = encode(way);
-  if (!created) return created;
-  const Stopwatch condense_time;
-  const auto bytes_of = [&](const EncodedMesh& encoded) {
-    return options.condense ? uint64_t{encoded.pieces[0].bytes.size()} : condensed_bytes(encoded, pool);
-  };
-  // Stock Draco that becomes a container changes the JSON. If that does not pay, it stays as it is.
-  constexpr uint64_t kMostJsonBytes = 256;
-  const bool is_stock = !by_bytes->is_in_container();
-  const uint64_t bytes = bytes_of(*created);
-  const bool is_smaller =
-      bytes < bytes_of(*by_bytes) && (!is_stock || bytes + kMostJsonBytes < by_bytes->pieces[0].bytes.size());
-  EncodeStatistics &first = by_bytes->statistics, &second = created->statistics;
-  const double encode_ms = first.encode_ms + second.encode_ms + condense_time.ms(),
-               verify_ms = first.verify_ms + second.verify_ms;
-  Expected<EncodedMesh>& best = is_smaller ? created : by_bytes;
+  std::optional<EncodedMesh> best;
+  for (const bool in_creation_order : {false, true}) {
+    if (in_creation_order && !tries_both) break;
+    way.in_creation_order |= in_creation_order;
+    const Stopwatch streams_time;
+    Expected<Streams> streams = encode_streams(mesh, codings, way, options.patch_count, pool);
+    if (!streams) return streams.status();
+    encode_ms += streams_time.ms();
+    Expected<EncodedMesh> stored = store_whole(mesh, codings, way, std::move(*streams), pool);
+    if (!stored) return stored;
+    encode_ms += stored->statistics.encode_ms;
+    verify_ms += stored->statistics.verify_ms;
+    way.patch_encoded = {};  // the faces have been counted
+    const Stopwatch condense_time;
+    if (!best || is_worth_order_of_creation(*stored, *best, options, pool)) best = std::move(*stored);
+    encode_ms += condense_time.ms();
+  }
   best->statistics.encode_ms = encode_ms;
   best->statistics.verify_ms = verify_ms;
-  return std::move(best);
+  if (is_as_it_was) return std::move(*best);
+  best->statistics.merged_points = reduced.merged_points;
+  best->statistics.dropped_faces = reduced.dropped_faces;
+  best->statistics.dropped_points = reduced.dropped_points;
+  for (EncodedPiece& piece : best->pieces)
+    for (uint32_t& point : piece.source_point) point = reduced.source_point[point];
+  return std::move(*best);
 }
 
 }  // namespace psplit

@@ -36,11 +36,13 @@ struct StreamOptions {
   bool choose_by_bytes = false;
   // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
   // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
-  // both with condense_smallest.
+  // both ways with condense_smallest.
   bool in_creation_order = false;
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses
+  // One sequential stream, which keeps all faces and points, and their order, in place of all else here.
+  bool in_order = false;
   // Condense the streams of a container if that saves bytes: code them with tables that all patches share. Each
   // condensed stream is expanded again and compared with what it was.
   bool condense = false;
@@ -76,10 +78,6 @@ StreamOptions stream_options(const EncodeOptions& options, uint32_t patch_count)
 Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> codings,
                                   const StreamOptions& options, const ThreadPool& pool,
                                   Span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);
-
-// Encodes the mesh as one sequential stream, which keeps all faces and points, and their order.
-Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                      const StreamOptions& options, const ThreadPool& pool);
 
 // The part of a planned mesh that encode() stores.
 ReducedMesh reduce(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool);

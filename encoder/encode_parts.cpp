@@ -10,10 +10,9 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense.h"
-#include "encoder/encode_patch.h"
 #include "encoder/encode_streams.h"
 #include "encoder/growing_container.h"
-#include "encoder/split_limit.h"
+#include "encoder/stream/encode_stream.h"
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
@@ -160,31 +159,33 @@ void Leftovers::add(const PartView& from, std::span<const uint32_t> number_in_pa
 // The part that is encoded, and the containers that have the parts before it.
 class PartsEncoder {
  public:
+  // Points and faces that a container must have room for, beside those that are appended.
+  using Room = StreamEntry;
+
+  // `keeps_meshes`: pieces are in memory, with what they decode to, and not in spills, with bounds.
   PartsEncoder(uint32_t shared_count, std::span<const AttributeCoding> codings, const PartsOptions& options,
-               const MakeSpill& make_spill, const ThreadPool& pool)
+               bool keeps_meshes, const MakeSpill& make_spill, const ThreadPool& pool)
       : codings_(codings),
         options_(options),
+        keeps_meshes_(keeps_meshes),
         make_spill_(make_spill),
         pool_(pool),
         shared_owners_(shared_count) {}
 
-  // `is_only`: no part came before, and none follows.
-  Status encode(const PartView& part, bool is_only);
+  // Encodes one of several parts, and stores its streams.
+  Status encode(const PartView& part);
+  // Stores the streams of a part without leftovers, or of a whole mesh, and verifies them.
+  Status store(const PartView& part, Streams streams, const Room& room);
   Status finish_container();
   uint64_t bytes() const { return bytes_; }  // of all streams and stitch maps
   EncodedMesh take() { return std::move(encoded_); }
 
  private:
-  // Points and faces that a container must have room for, beside those that are appended.
-  using Room = StreamEntry;
-
   uint32_t stream_count() const {
     return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.pieces.size());
   }
-  uint32_t patch_count_of(const Mesh& mesh) const;
   Expected<Streams> encode_streams_of(const Mesh& mesh);
   Status append_alone(const PartView& part, Streams& streams);
-  Status encode_patches(const PartView& part, const Room& room);
   Status encode_with_leftovers(const PartView& part);
   Status encode_leftovers();
   bool is_full() const;
@@ -200,9 +201,11 @@ class PartsEncoder {
   Status rename_points(Mesh& decoded);
   Status verify(const PartView& part, const Mesh& decoded);
   void add_boxes(const PartView& part, const Mesh& decoded);
+  void count(const Streams& streams);
 
   const std::span<const AttributeCoding> codings_;
   const PartsOptions& options_;
+  const bool keeps_meshes_;
   const MakeSpill& make_spill_;
   const ThreadPool& pool_;
   std::vector<PointOwner> shared_owners_;  // in the current container, by shared number
@@ -224,17 +227,11 @@ class PartsEncoder {
   EncodedMesh encoded_;
 };
 
-// What faces ask for. A mesh that is kept has a number of its own.
-uint32_t PartsEncoder::patch_count_of(const Mesh& mesh) const {
-  if (options_.keeps_meshes) return options_.streams.patch_count;
-  const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
-  return static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
-}
-
 Expected<Streams> PartsEncoder::encode_streams_of(const Mesh& mesh) {
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
-  Expected<Streams> streams =
-      encode_within_limit(mesh, codings_, options_.streams, patch_count_of(mesh), pool_, encoded_.statistics);
+  const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
+  const auto patch_count = static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
+  Expected<Streams> streams = encode_streams(mesh, codings_, options_.streams, patch_count, pool_);
   const Status status = streams.status();
   const int64_t patch = status.place().patch;
   if (patch >= 0) return Status(status.code(), status.message(), {.patch = stream_count() + patch});
@@ -263,7 +260,7 @@ Status PartsEncoder::finish_container() {
   finished.point_count = container_->point_count();
   finished.used_point_count = finished.point_count - unused_count_;
   finished.face_count = container_->face_count();
-  if (options_.streams.condense && !options_.keeps_meshes)
+  if (options_.streams.condense && !keeps_meshes_)
     if (Status status = condense(); !status.ok()) return status;
   const std::vector<uint8_t> boxes = write_boxes(boxes_);
   std::vector<uint8_t> boxes_in_head;
@@ -281,10 +278,10 @@ Status PartsEncoder::finish_container() {
   } else {
     finished.stored = container_->finish(boxes_in_head);
   }
-  if (Status status = options_.keeps_meshes ? load(finished) : spill(finished); !status.ok()) return status;
+  if (Status status = keeps_meshes_ ? load(finished) : spill(finished); !status.ok()) return status;
   container_.reset();
   condensed_.reset();
-  if (options_.keeps_meshes) {
+  if (keeps_meshes_) {
     finished.decoded = std::move(decoded_);
     finished.source_point = std::move(source_point_);
   } else {
@@ -315,7 +312,7 @@ Status PartsEncoder::condense() {
   condensed_ = condense_container(plain, container_->size(), options_.streams.condense_smallest, pool_);
   encoded_.statistics.encode_ms += encode_time.ms();
   // check_written verifies a mesh that is kept. Parts are verified, and not in memory any more.
-  if (!condensed_ || options_.keeps_meshes || !options_.streams.verify) return {};
+  if (!condensed_ || keeps_meshes_ || !options_.streams.verify) return {};
   const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
   const Expected<Mesh> decoded = cpu_backend().decode(plain, encoded_.requests, pool_);
   if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
@@ -456,25 +453,24 @@ Status PartsEncoder::check_written(const PartView& part) {
     if (status.code() == StatusCode::kIo) return status;
     return runtime_failure("verification: " + status.message(), status.place());
   }
-  for (size_t i = 0; i < bounds_.size() && !options_.keeps_meshes; ++i)
+  for (size_t i = 0; i < bounds_.size() && !keeps_meshes_; ++i)
     extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
   if (options_.streams.verify || options_.streams.boxes)
     if (Status status = rename_points(*decoded); !status.ok()) return status;
   if (options_.streams.boxes) add_boxes(part, *decoded);
   Status status = options_.streams.verify ? verify(part, *decoded) : Status();
-  if (options_.keeps_meshes) decoded_ = std::move(*decoded);
+  if (keeps_meshes_) decoded_ = std::move(*decoded);
   return status;
 }
 
-// A part without leftovers, or a whole mesh.
-Status PartsEncoder::encode_patches(const PartView& part, const Room& room) {
+Status PartsEncoder::store(const PartView& part, Streams streams, const Room& room) {
   const StreamOptions& options = options_.streams;
-  Expected<Streams> streams = encode_streams_of(part.mesh);
-  if (!streams) return streams.status();
-  if (streams->are_alone(options.alone)) return append_alone(part, *streams);
-  if (Status status = append(part, *streams, room); !status.ok()) return status;
-  *streams = Streams();
-  if (options_.keeps_meshes && options.condense)
+  if (encoded_.requests.empty()) encoded_.requests = stream_requests(part.mesh);
+  count(streams);
+  if (streams.are_alone(options.alone)) return append_alone(part, streams);
+  if (Status status = append(part, streams, room); !status.ok()) return status;
+  streams = Streams();
+  if (keeps_meshes_ && options.condense)
     if (Status status = condense(); !status.ok()) return status;
   return check_written(part);
 }
@@ -493,8 +489,11 @@ Status PartsEncoder::encode_with_leftovers(const PartView& part) {
   keeps_owners_ = true;
   const Room room{.face_count = static_cast<uint32_t>(part.mesh.faces.size() - patches.mesh.faces.size()),
                   .point_count = part.mesh.point_count};
-  if (!patches.mesh.faces.empty())
-    if (Status status = encode_patches(patches, room); !status.ok()) return status;
+  if (!patches.mesh.faces.empty()) {
+    Expected<Streams> streams = encode_streams_of(patches.mesh);
+    if (!streams) return streams.status();
+    if (Status status = store(patches, std::move(*streams), room); !status.ok()) return status;
+  }
   leftovers_.add(part, number, owners_);
   keeps_owners_ = false;
   owners_ = std::vector<PointOwner>();
@@ -526,9 +525,9 @@ Status PartsEncoder::encode_leftovers() {
     WeldedMesh welded = weld(mesh, pool_);
     separate_flat_faces(welded);
     Streams streams;
-    Status status = encode_residue(welded, faces, is_in_patch, codings_, options_.streams, false, streams,
-                                   encoded_.statistics);
+    Status status = append_residue(welded, faces, is_in_patch, codings_, options_.streams, false, streams);
     if (!status.ok()) return status;
+    count(streams);
     const Expected<bool> appended = append_if_there_is_room(left.part, streams, std::move(left.owners), {});
     if (!appended) return appended.status();
     if (!*appended) return unsupported("more points or faces than a container can hold");
@@ -540,7 +539,7 @@ Status PartsEncoder::encode_leftovers() {
 Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
   if (options_.streams.verify) {
     const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-    Status status = verify_alone(part.mesh, codings_, streams, pool_, encoded_.statistics);
+    Status status = verify_alone(part.mesh, codings_, streams, pool_, encoded_.statistics.position_error);
     if (!status.ok()) return status;
   }
   const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
@@ -550,7 +549,7 @@ Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
         std::exchange(shared_owners_[part.shared_numbers[i]].stream, 0u) == PointOwner::kNone ? 0 : 1;
   const Expected<std::vector<StreamEntry>> entries = make_lone_entries(streams, std::move(is_known));
   if (!entries) return entries.status();
-  if (!lone_ && !options_.keeps_meshes) {
+  if (!lone_ && !keeps_meshes_) {
     Expected<std::unique_ptr<Spill>> made = make_spill_();
     if (!made) return made.status();
     lone_ = std::move(*made);
@@ -564,7 +563,7 @@ Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
     alone.point_count = alone.used_point_count = decoded.point_count;
     alone.face_count = static_cast<uint32_t>(decoded.faces.size());
     bytes_ += bytes.size();
-    if (options_.keeps_meshes) {
+    if (keeps_meshes_) {
       alone.bytes = std::move(bytes);
       alone.decoded = std::move(decoded);
       alone.source_point = std::move(streams.owned[i].points);
@@ -581,7 +580,15 @@ Status PartsEncoder::append_alone(const PartView& part, Streams& streams) {
   return {};
 }
 
-Status PartsEncoder::encode(const PartView& part, bool is_only) {
+void PartsEncoder::count(const Streams& streams) {
+  EncodeStatistics& statistics = encoded_.statistics;
+  statistics.patch_count += streams.patch_count();
+  statistics.residue_faces += streams.residue_face_count;
+  statistics.residue_points += streams.residue_point_count;
+  statistics.partition_ms += streams.partition_ms;
+}
+
+Status PartsEncoder::encode(const PartView& part) {
   if (Status status = check_mesh(part.mesh, codings_); !status.ok()) return status;
   const auto shared_count = static_cast<uint32_t>(shared_owners_.size());
   if (Status status = check_shared_points(part, shared_count); !status.ok()) return status;
@@ -589,8 +596,13 @@ Status PartsEncoder::encode(const PartView& part, bool is_only) {
   if (!same_attributes(encoded_.requests, part.mesh))
     return invalid_input("its attributes are not those of part 0");
   // A residue is the last stream. So other parts may follow only if patches hold all of this one.
-  const bool is_last = is_only || options_.streams.alone == Alone::kAll;
-  Status status = is_last || is_regular(part.mesh) ? encode_patches(part, {}) : encode_with_leftovers(part);
+  Status status;
+  if (options_.streams.alone == Alone::kAll || is_regular(part.mesh)) {
+    Expected<Streams> streams = encode_streams_of(part.mesh);
+    status = streams ? store(part, std::move(*streams), {}) : streams.status();
+  } else {
+    status = encode_with_leftovers(part);
+  }
   return status.ok() && is_full() ? finish_container() : std::move(status);
 }
 
@@ -607,11 +619,11 @@ Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding>
   PartsOptions of_parts = options;
   if (of_parts.streams.alone == Alone::kWhole) of_parts.streams.alone = Alone::kNone;
   of_parts.streams.patch_of_face = {};
-  PartsEncoder encoder(parts.shared_count(), codings, of_parts, make_spill, pool);
+  PartsEncoder encoder(parts.shared_count(), codings, of_parts, false, make_spill, pool);
   for (uint32_t i = 0; i < parts.part_count(); ++i) {
     const Expected<MeshPart> part = parts.read(i);
     if (!part) return in_part(i, part.status());
-    if (Status status = encoder.encode(*part, false); !status.ok()) return in_part(i, status);
+    if (Status status = encoder.encode(*part); !status.ok()) return in_part(i, status);
     if (options.part_written)
       if (Status status = options.part_written(encoder.bytes()); !status.ok()) return status;
   }
@@ -619,13 +631,12 @@ Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding>
   return encoder.take();
 }
 
-Expected<EncodedMesh> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                   const StreamOptions& options, const ThreadPool& pool) {
-  PartsOptions as_parts{.streams = options};
-  as_parts.keeps_meshes = true;
+Expected<EncodedMesh> store_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                  const StreamOptions& options, Streams streams, const ThreadPool& pool) {
+  const PartsOptions as_parts{.streams = options};
   const MakeSpill make_spill = make_memory_spill;
-  PartsEncoder encoder(0, codings, as_parts, make_spill, pool);
-  Status status = encoder.encode(PartView(mesh), true);
+  PartsEncoder encoder(0, codings, as_parts, true, make_spill, pool);
+  Status status = encoder.store(PartView(mesh), std::move(streams), {});
   if (status.ok()) status = encoder.finish_container();
   if (!status.ok()) return status;
   return encoder.take();

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "encoder/encode_mesh.h"
+#include "encoder/encode_streams.h"
 #include "encoder/mesh_parts.h"
 #include "encoder/partition/partition.h"
 #include "encoder/spill.h"
@@ -31,8 +32,8 @@ namespace psplit {
 struct PartsOptions {
   uint64_t patch_faces = 30000;  // a part of F faces gets round(F / patch_faces) patches, at least 1
   // For the streams of all parts. Parts choose what is merged and dropped themselves. With Alone::kAll there
-  // are no containers: each stream is alone. Otherwise none is. Only encode_whole uses patch_count and
-  // patch_of_face.
+  // are no containers: each stream is alone. Otherwise none is. patch_count and patch_of_face are for a
+  // whole mesh alone.
   StreamOptions streams{};
   // The most points of a container. The part that would exceed it begins another container.
   uint64_t most_points = 0xfffffffe;
@@ -41,8 +42,6 @@ struct PartsOptions {
   uint64_t most_residue_points = 0xfffffffe;
   // A container is in memory while it is condensed: with this many points, it ends.
   uint64_t condensed_points = 0xfffffffe;
-  // Pieces are in memory, with what they decode to, and not in spills, with bounds.
-  bool keeps_meshes = false;
   // Called after each part with the bytes of all streams and stitch maps so far. An error ends the work.
   std::function<Status(uint64_t)> part_written{};
 };
@@ -56,9 +55,9 @@ Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding>
                                    const PartsOptions& options, const MakeSpill& make_spill,
                                    const ThreadPool& pool);
 
-// The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
-// options.patch_count patches. With Alone::kWhole its only stream is alone.
-Expected<EncodedMesh> encode_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
-                                   const StreamOptions& options, const ThreadPool& pool);
+// Stores the streams of a mesh that is in memory, as the only part: what encode_mesh does with the streams of a
+// reduced mesh. With Alone::kWhole its only stream is alone.
+Expected<EncodedMesh> store_whole(const Mesh& mesh, Span<const AttributeCoding> codings,
+                                  const StreamOptions& options, Streams streams, const ThreadPool& pool);
 
 }  // namespace psplit

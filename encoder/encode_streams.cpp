@@ -1,11 +1,17 @@
 #include "encoder/encode_streams.h"
 
 #include <algorithm>
+#include <bit>
 #include <memory>
 #include <utility>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/encode_patch.h"
+#include "encoder/libdraco/patch_stream.h"
+#include "encoder/split_limit.h"
+#include "encoder/stream/encode_stream.h"
+#include "encoder/stream/sequential_stream.h"
+#include "encoder/stream/smallest_stream.h"
+#include "encoder/stream/stream_steps.h"
 #include "encoder/verify.h"
 #include "src/object_pool.h"
 #include "src/stopwatch.h"
@@ -13,18 +19,34 @@
 namespace psplit {
 namespace {
 
-// Encodes all patches. `with_values`: the decoded streams have their attributes.
-Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const AttributeCoding> codings,
-                      const StreamOptions& options, const ThreadPool& pool, bool with_values,
-                      Streams& streams) {
+// Cuts the mesh, and encodes the patches and the residue.
+Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const AttributeCoding> codings,
+                                 const StreamOptions& options, uint32_t wanted_patches,
+                                 const ThreadPool& pool) {
+  const Mesh& mesh = *welded.mesh;
+  Streams streams;
+  const Stopwatch partition_time;
+  Cut cut = cut_faces(welded, {wanted_patches, options.refine, options.method, options.distance},
+                      options.patch_of_face, pool);
+  order_patches(mesh, options.order, cut);
+  streams.partition_ms = partition_time.ms();
   const size_t patch_count = cut.patches.size();
+  std::vector<uint8_t> is_in_patch(mesh.point_count, 0);
+  for (const auto& faces : cut.patches)
+    for (const uint32_t face : faces)
+      for (const uint32_t point : mesh.faces[face]) is_in_patch[point] = 1;
+  const bool has_residue = !cut.residue_faces.empty() || std::ranges::find(is_in_patch, 0) != is_in_patch.end();
+  // Streams that are alone are verified one by one, by their decoded values.
+  const bool are_alone =
+      options.alone == Alone::kAll || (options.alone == Alone::kWhole && patch_count == 1 && !has_residue);
+
   streams.owned.resize(patch_count);
   streams.decoded.resize(patch_count);
   streams.bytes.resize(patch_count);
   streams.table_bytes.resize(patch_count);
   std::vector<Status> statuses(patch_count);
   ObjectPool<PatchExtractor> extractors;
-  const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(*welded.mesh); };
+  const auto make_extractor = [&] { return std::make_unique<PatchExtractor>(mesh); };
   pool.for_each(patch_count, [&](size_t i) {
     if (options.stopped()) {
       statuses[i] = cancelled();
@@ -32,13 +54,20 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
     }
     const PatchMesh patch =
         ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
-    Expected<EncodedPatch> encoded = encode_patch(welded, patch, codings, options, with_values);
+    Expected<EncodedPatch> encoded =
+        options.by_libdraco ? encode_edgebreaker(welded, patch, codings, options.encode_speed, are_alone)
+        : options.choose_by_bytes
+            ? encode_smallest_stream(welded, patch, codings, are_alone, options.in_creation_order)
+            : encode_stream(welded, patch, codings, options.encode_speed, are_alone);
     if (!encoded) {
       statuses[i] = encoded.status().at({.patch = static_cast<int64_t>(i)});
       return;
     }
     streams.bytes[i] = std::move(encoded->bytes);
-    streams.table_bytes[i] = encoded->table_bytes;
+    // libdraco does not say what its tables take.
+    streams.table_bytes[i] = options.by_libdraco && options.most_split_percent > 0
+                                 ? table_bytes_of(streams.bytes[i])
+                                 : encoded->table_bytes;
     streams.decoded[i] = std::move(encoded->decoded);
     streams.owned[i].faces = streams.decoded[i].faces;
     std::vector<uint32_t>& points = streams.owned[i].points = std::move(encoded->patch_point);
@@ -47,7 +76,9 @@ Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const 
   });
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);
-  return {};
+  Status status = append_residue(welded, cut.residue_faces, is_in_patch, codings, options, are_alone, streams);
+  if (!status.ok()) return status;
+  return streams;
 }
 
 // The decoded streams, one after the other, with the mesh's point for each of their points.
@@ -108,41 +139,48 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
 }
 
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool,
-                                 EncodeStatistics& statistics) {
+                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool) {
   WeldedMesh welded = weld(mesh, pool);
   separate_flat_faces(welded);
-  const Stopwatch partition_time;
-  Cut cut = cut_faces(welded, {patch_count, options.refine, options.method, options.distance},
-                      options.patch_of_face, pool);
-  order_patches(mesh, options.order, cut);
-  statistics.partition_ms += partition_time.ms();
-  statistics.patch_count += static_cast<uint32_t>(cut.patches.size());
-  std::vector<uint8_t> is_in_patch(mesh.point_count, 0);
-  for (const auto& faces : cut.patches)
-    for (const uint32_t face : faces)
-      for (const uint32_t point : mesh.faces[face]) is_in_patch[point] = 1;
-  const bool has_residue = !cut.residue_faces.empty() || std::ranges::find(is_in_patch, 0) != is_in_patch.end();
-  const bool is_whole = cut.patches.size() == 1 && !has_residue;
-  const bool alone = options.alone == Alone::kAll || (options.alone == Alone::kWhole && is_whole);
-  Streams streams;
-  Status status = encode_patches(welded, cut, codings, options, pool, alone, streams);
-  if (status.ok())
-    status =
-        encode_residue(welded, cut.residue_faces, is_in_patch, codings, options, alone, streams, statistics);
-  if (!status.ok()) return status;
+  Expected<Streams> streams = encode_patches(welded, codings, options, patch_count, pool);
+  const bool is_limited = options.most_split_percent > 0 && options.patch_of_face.empty();
+  if (!streams || !is_limited || streams->patch_count() <= 1 || !may_exceed_limit(mesh, *streams, options))
+    return streams;
+  StreamOptions quiet = options;
+  quiet.patch_encoded = {};  // the faces have been counted
+  Expected<Streams> one = encode_patches(welded, codings, quiet, 1, pool);
+  if (!one) return one;
+  const uint64_t one_bytes = stored_bytes(mesh, *one, options, pool);
+  const uint64_t most_bytes = one_bytes + one_bytes * options.most_split_percent / 100;
+  double partition_ms = streams->partition_ms + one->partition_ms;
+  uint64_t bytes = stored_bytes(mesh, *streams, options, pool);
+  // The cost of a cut is about the same for each.
+  constexpr int kAttempts = 2;
+  for (int attempts = 0; bytes > most_bytes; ++attempts) {
+    const uint64_t cuts = (most_bytes - one_bytes) * (streams->patch_count() - 1) / (bytes - one_bytes);
+    const uint32_t fewer = std::bit_floor(static_cast<uint32_t>(cuts) + 1);
+    *streams = Streams();
+    if (attempts == kAttempts || fewer <= 1) {
+      streams = std::move(one);
+      break;
+    }
+    streams = encode_patches(welded, codings, quiet, fewer, pool);
+    if (!streams) return streams;
+    partition_ms += streams->partition_ms;
+    bytes = stored_bytes(mesh, *streams, options, pool);
+  }
+  streams->partition_ms = partition_ms;
   return streams;
 }
 
-Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
+Status append_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      const StreamOptions& options, bool standalone, Streams& streams,
-                      EncodeStatistics& statistics) {
+                      const StreamOptions& options, bool standalone, Streams& streams) {
   Residue residue = extract_residue(*welded.mesh, residue_faces, is_in_patch, standalone);
-  statistics.residue_faces += residue.face_count;
-  statistics.residue_points += residue.owned_count;
+  streams.residue_face_count = residue.face_count;
+  streams.residue_point_count = residue.owned_count;
   if (residue.patch.points.empty()) return {};
-  Expected<std::vector<uint8_t>> bytes = encode_in_order(welded, residue.patch, codings, options);
+  Expected<std::vector<uint8_t>> bytes = encode_sequentially(welded, residue.patch, codings, options);
   if (!bytes) return bytes.status();
   Mesh& decoded = streams.decoded.emplace_back();
   if (standalone) {
@@ -157,6 +195,14 @@ Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residu
   streams.bytes.push_back(std::move(*bytes));
   streams.owned.push_back({decoded.faces, std::move(residue.patch.points), true});
   return {};
+}
+
+Expected<std::vector<uint8_t>> encode_sequentially(const WeldedMesh& welded, const PatchMesh& patch,
+                                                   std::span<const AttributeCoding> codings,
+                                                   const StreamOptions& options) {
+  if (options.by_libdraco) return encode_sequential(welded, patch, codings, options.encode_speed);
+  return write_sequential_stream({welded, codings, patch.points_of_values()}, patch.faces,
+                                 options.encode_speed);
 }
 
 Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching) {
@@ -182,12 +228,12 @@ Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std
 }
 
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
-                    const ThreadPool& pool, EncodeStatistics& statistics) {
+                    const ThreadPool& pool, std::optional<double>& position_error) {
   if (streams.decoded.size() == 1)
     return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true, pool,
-                       statistics.position_error);
+                       position_error);
   const auto [decoded, source_point] = concatenate(streams);
-  return verify_mesh(mesh, codings, decoded, source_point, 0, true, pool, statistics.position_error);
+  return verify_mesh(mesh, codings, decoded, source_point, 0, true, pool, position_error);
 }
 
 }  // namespace psplit

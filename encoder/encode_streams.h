@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,9 +21,13 @@ struct Streams {
   std::vector<OwnedStream> owned;
   std::vector<Mesh> decoded;  // of each stream; the attributes are left out unless the streams are alone
   std::vector<std::vector<uint8_t>> bytes;
-  std::vector<size_t> table_bytes;  // of each stream but the residue: tables of probabilities among its bytes
-  bool has_residue = false;         // the last stream
+  std::vector<size_t> table_bytes;   // of each stream but the residue: tables of probabilities among its bytes
+  bool has_residue = false;          // the last stream
+  uint32_t residue_face_count = 0;   // without padding
+  uint32_t residue_point_count = 0;  // points that no other stream has
+  double partition_ms = 0;           // what it took to cut the mesh
 
+  uint32_t patch_count() const { return static_cast<uint32_t>(bytes.size()) - (has_residue ? 1 : 0); }
   // Whether they are stored without a container.
   bool are_alone(Alone alone) const {
     return alone == Alone::kAll || (alone == Alone::kWhole && bytes.size() == 1 && !has_residue);
@@ -34,19 +39,22 @@ struct Streams {
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings);
 
 // Welds the mesh, cuts it into `patch_count` patches or as options.patch_of_face says, and encodes these and
-// the residue. Nothing is merged or dropped. Adds to the statistics what it counts. Errors have the number of
-// the patch as their place.
+// the residue. Patches that exceed options.most_split_percent (split_limit.h) become fewer. Nothing is merged
+// or dropped. Errors have the number of the patch as their place.
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool,
-                                 EncodeStatistics& statistics);
+                                 const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool);
 
 // Appends the residue of `mesh`: its faces `residue_faces`, and the points that no face uses. Other streams
 // have the points with is_in_patch[point] = 1. With `standalone`, the stream holds their true values, and the
 // decoded one its attributes. Nothing is appended if there are no such faces and points.
-Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
+Status append_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
                       std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
-                      const StreamOptions& options, bool standalone, Streams& streams,
-                      EncodeStatistics& statistics);
+                      const StreamOptions& options, bool standalone, Streams& streams);
+
+// A sequential stream. Its only prediction is the difference, so bytes have no choice.
+Expected<std::vector<uint8_t>> encode_sequentially(const WeldedMesh& welded, const PatchMesh& patch,
+                                                   std::span<const AttributeCoding> codings,
+                                                   const StreamOptions& options);
 
 // The rows of the directory. Errors: kUnsupported.
 Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching);
@@ -54,9 +62,9 @@ Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const St
 // own, as in a container. `is_known` has 1 for such points of the mesh.
 Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std::vector<uint8_t> is_known);
 
-// Compares decoded streams that are stored without a container with `mesh` (verify_mesh), and notes the largest
-// distance of their positions.
+// Compares decoded streams that are stored without a container with `mesh` (verify_mesh), and raises
+// `position_error` to the largest distance of their positions.
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
-                    const ThreadPool& pool, EncodeStatistics& statistics);
+                    const ThreadPool& pool, std::optional<double>& position_error);
 
 }  // namespace psplit

@@ -1,7 +1,6 @@
 #include "encoder/split_limit.h"
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 
 namespace psplit {
@@ -42,9 +41,9 @@ bool has_rows(const Mesh& mesh) {
   return static_cast<double>(with_six) > kShare * static_cast<double>(mesh.point_count);
 }
 
-// Whether the streams may take more than the limit beyond those of one stream. Of the corpus' meshes this finds
-// all that do. The smallest coding is less even: what one stream takes of it is known only once it is there.
-bool may_exceed(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
+}  // namespace
+
+bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
   // A reference of a run takes a tenth of a byte, and one that is named alone about so many.
   constexpr double kReferenceBytes = 1.2;
   if (options.choose_by_bytes) return true;
@@ -63,9 +62,8 @@ bool may_exceed(const Mesh& mesh, const Streams& streams, const StreamOptions& o
   return more > certain * (static_cast<double>(bytes.streams) - more) || has_rows(mesh);
 }
 
-// The bytes of the streams as they are stored, less the tables that will be shared.
-Expected<uint64_t> stored_bytes(const Mesh& mesh, const Streams& streams, const StreamOptions& options,
-                                const ThreadPool& pool) {
+uint64_t stored_bytes(const Mesh& mesh, const Streams& streams, const StreamOptions& options,
+                      const ThreadPool& pool) {
   const SplitBytes bytes(streams);
   const uint64_t values = bytes.streams - (options.shares_tables ? bytes.repeated_tables() : 0);
   if (streams.are_alone(options.alone)) return values;
@@ -74,79 +72,6 @@ Expected<uint64_t> stored_bytes(const Mesh& mesh, const Streams& streams, const 
   return std::accumulate(stitching.maps.begin(), stitching.maps.end(),
                          values + kEntryBytes * streams.bytes.size(),
                          [](uint64_t sum, const std::vector<uint8_t>& map) { return sum + map.size(); });
-}
-
-struct Attempt {
-  Streams streams;
-  uint64_t bytes = 0;
-  EncodeStatistics statistics;
-};
-
-Expected<Attempt> attempt(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                          const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool) {
-  StreamOptions quiet = options;
-  quiet.patch_encoded = {};  // the faces have been counted
-  Attempt result;
-  Expected<Streams> streams = encode_streams(mesh, codings, quiet, patch_count, pool, result.statistics);
-  if (!streams) return streams.status();
-  const Expected<uint64_t> bytes = stored_bytes(mesh, *streams, options, pool);
-  if (!bytes) return bytes.status();
-  result.streams = std::move(*streams);
-  result.bytes = *bytes;
-  return result;
-}
-
-void add(const EncodeStatistics& of_streams, double partition_ms, EncodeStatistics& statistics) {
-  statistics.patch_count += of_streams.patch_count;
-  statistics.residue_faces += of_streams.residue_faces;
-  statistics.residue_points += of_streams.residue_points;
-  statistics.partition_ms += partition_ms;
-}
-
-}  // namespace
-
-Expected<Streams> encode_within_limit(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                      const StreamOptions& options, uint32_t patch_count,
-                                      const ThreadPool& pool, EncodeStatistics& statistics) {
-  EncodeStatistics of_all;
-  Expected<Streams> all = encode_streams(mesh, codings, options, patch_count, pool, of_all);
-  if (!all) return all;
-  const bool is_limited = options.most_split_percent > 0 && options.patch_of_face.empty();
-  if (!is_limited || of_all.patch_count <= 1 || !may_exceed(mesh, *all, options)) {
-    add(of_all, of_all.partition_ms, statistics);
-    return all;
-  }
-  const Expected<uint64_t> bytes = stored_bytes(mesh, *all, options, pool);
-  if (!bytes) return bytes.status();
-  Expected<Attempt> one = attempt(mesh, codings, options, 1, pool);
-  if (!one) return one.status();
-  double partition_ms = of_all.partition_ms + one->statistics.partition_ms;
-  const uint64_t most = one->bytes + one->bytes * options.most_split_percent / 100;
-  if (*bytes <= most) {
-    add(of_all, partition_ms, statistics);
-    return all;
-  }
-  // The cost of a cut is about the same for each.
-  constexpr int kAttempts = 2;
-  uint64_t tried_bytes = *bytes;
-  uint32_t tried = of_all.patch_count;
-  *all = Streams();
-  for (int i = 0; i < kAttempts; ++i) {
-    const uint64_t cuts = (most - one->bytes) * (tried - 1) / (tried_bytes - one->bytes);
-    const uint32_t fewer = std::bit_floor(static_cast<uint32_t>(cuts) + 1);
-    if (fewer <= 1) break;
-    Expected<Attempt> next = attempt(mesh, codings, options, fewer, pool);
-    if (!next) return next.status();
-    partition_ms += next->statistics.partition_ms;
-    if (next->bytes <= most) {
-      add(next->statistics, partition_ms, statistics);
-      return std::move(next->streams);
-    }
-    tried = next->statistics.patch_count;
-    tried_bytes = next->bytes;
-  }
-  add(one->statistics, partition_ms, statistics);
-  return std::move(one->streams);
 }
 
 }  // namespace psplit

@@ -6,16 +6,19 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "encoder/encode_streams.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 
-// encode_streams with `patch_count` patches, or with fewer as options.most_split_percent says. One stream
-// is encoded, too, only if the patches do not show that they keep the limit.
-Expected<Streams> encode_within_limit(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                      const StreamOptions& options, uint32_t patch_count,
-                                      const ThreadPool& pool, EncodeStatistics& statistics);
+// Whether the streams may take more than options.most_split_percent beyond those of one stream. Of the corpus'
+// meshes this finds all that do. The smallest coding is less even: what one stream takes of it is known only
+// once it is there.
+bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options);
+
+// The bytes of the streams as they are stored, less the tables that will be shared.
+uint64_t stored_bytes(const Mesh& mesh, const Streams& streams, const StreamOptions& options,
+                      const ThreadPool& pool);
 
 }  // namespace psplit
