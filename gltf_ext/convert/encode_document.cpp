@@ -435,16 +435,20 @@ void share_patches(const PatchTarget& target, std::span<const EncodeJob> large, 
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].source.patch_count = counts[i];
 }
 
-// may_shrink: patches may take more than they save, because they are to be condensed.
-Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const EncodeDocumentOptions& wanted,
-                                                       const DecodeBackend& backend, const ThreadPool& pool,
-                                                       const Progress& progress, const OutOfCoreOptions& limits,
-                                                       bool may_shrink) {
-  const bool repeats_points = document.spooled && document.spooled->are_repeated;
-  EncodeDocumentOptions options = wanted;
-  options.keep_duplicates = wanted.keep_duplicates && !repeats_points;
+// The primitives of a document on their way: read and planned, then encoded.
+struct Geometry {
+  DroppedAttributes dropped;
+  std::vector<EncodeJob> jobs;   // in memory
+  std::vector<EncodeJob> large;  // in parts, and encoded
+  GridGroups groups;
+  EncodeReports reports;
+};
+
+Expected<Geometry> read_geometry(Document& document, const EncodeDocumentOptions& options,
+                                 const DecodeBackend& backend, const OutOfCoreOptions& limits,
+                                 const ThreadPool& pool, const Progress& progress) {
   if (Status status = check_patches(document, pool); !status.ok()) return status;
-  const Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
+  Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
   if (!dropped) return dropped.status();
   // The temporary files of a mesh file have one primitive. Their space goes as soon as it can.
   const auto forget = [&document] {
@@ -457,37 +461,48 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
   Expected<std::vector<EncodeJob>> large =
       encode_large_primitives(document, options, *selected, limits, pool, progress, forget);
   if (!large) return large.status();
-  Expected<std::vector<EncodeJob>> read = read_jobs(document, options, *selected, backend, pool);
-  if (!read) return read.status();
-  std::vector<EncodeJob>& jobs = *read;
-  const Expected<GridGroups> groups = plan_jobs(document, options, selected->skipped, jobs, pool);
+  Expected<std::vector<EncodeJob>> jobs = read_jobs(document, options, *selected, backend, pool);
+  if (!jobs) return jobs.status();
+  Expected<GridGroups> groups = plan_jobs(document, options, selected->skipped, *jobs, pool);
   if (!groups) return groups.status();
-  share_patches(options.of_meshes().patches, *large, jobs);
-  EncodeReports reports(document, selected->skipped, jobs, *large);
-  const EncodeReports as_they_were = reports;
-  if (Status status = note_dropped(document, *dropped, selected->skipped, jobs, reports); !status.ok())
+  share_patches(options.of_meshes().patches, *large, *jobs);
+  EncodeReports reports(document, selected->skipped, *jobs, *large);
+  if (Status status = note_dropped(document, *dropped, selected->skipped, *jobs, reports); !status.ok())
     return status;
-  encode_jobs(jobs, options.of_meshes(), document.from_draco, pool, progress);
-  std::ranges::move(*large, std::back_inserter(jobs));
+  return Geometry{std::move(*dropped), std::move(*jobs), std::move(*large), std::move(*groups),
+                  std::move(reports)};
+}
+
+// Stores the encoded geometry, and condenses it. Nothing if the asset would grow with patches that took more
+// than they save (may_shrink: because they are condensed afterwards): the document is as it was.
+Expected<std::optional<std::vector<PrimitiveReport>>> store_geometry(Document& document,
+                                                                     const EncodeDocumentOptions& options,
+                                                                     Geometry geometry, bool may_shrink,
+                                                                     const OutOfCoreOptions& limits,
+                                                                     const ThreadPool& pool) {
+  std::vector<EncodeJob>& jobs = geometry.jobs;
+  EncodeReports& reports = geometry.reports;
+  const EncodeReports as_they_were = reports;
+  std::ranges::move(geometry.large, std::back_inserter(jobs));
   std::vector<SharedSizes> may_grow;
   ExpectedGain gain;
-  if (Status status = leave_what_would_grow(document, options, may_shrink, jobs, may_grow, gain, reports);
-      !status.ok())
-    return status;
+  Status status = leave_what_would_grow(document, options, may_shrink, jobs, may_grow, gain, reports);
+  if (!status.ok()) return status;
   std::optional<Document> before;
-  if (gain.is_doubtful() && dropped->of_primitive.empty() && !document.spooled && !document.from_draco)
+  if (gain.is_doubtful() && geometry.dropped.of_primitive.empty() && !document.spooled && !document.from_draco)
     before = document;
-  if (options.condenses())
-    if (Status status = join_points(document, options, jobs, pool); !status.ok()) return status;
+  if (options.condenses()) status = join_points(document, options, jobs, pool);
+  if (!status.ok()) return status;
   for (EncodeJob& job : jobs)
     for (const PrimitiveId id : job.group.ids) {
       job.report(reports[id]);
       if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
     }
   const std::vector<PrimitiveId> origins = origins_of_output(document, jobs);
-  const auto grids = position_grids(jobs, *groups);
-  Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, reports);
-  if (status.ok()) status = round_plain_neighbours(document, origins, jobs, *groups, grids, pool, reports);
+  const auto grids = position_grids(jobs, geometry.groups);
+  status = write_geometry(document, jobs, options, limits, pool, geometry.dropped.freed, reports);
+  if (status.ok())
+    status = round_plain_neighbours(document, origins, jobs, geometry.groups, grids, pool, reports);
   if (status.ok() && options.condenses())
     status = condense_output(document, origins, jobs, options, pool, reports);
   if (!status.ok()) return status;
@@ -495,34 +510,44 @@ Expected<std::vector<PrimitiveReport>> encode_geometry(Document& document, const
     const uint64_t bytes_before = glb_bytes(*before), bytes = glb_bytes(document);
     if (bytes > bytes_before) {
       document = std::move(*before);
-      if (may_shrink) return encode_geometry(document, wanted, backend, pool, progress, limits, false);
-      return leave_asset(as_they_were, bytes_before, bytes);
+      if (may_shrink) return std::optional<std::vector<PrimitiveReport>>();
+      return std::optional(leave_asset(as_they_were, bytes_before, bytes));
     }
   }
   warn_of_growth(may_grow, reports);
-  return std::move(reports).list();
+  return std::optional(std::move(reports).list());
 }
 
 }  // namespace
 
-Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& wanted,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress,
                                                        const OutOfCoreOptions& limits) {
   if (Status status = document.check(); !status.ok()) return status;
-  if (options.fallback == Fallback::kCoarse && options.compat == Compat::kKhr)
+  if (wanted.fallback == Fallback::kCoarse && wanted.compat == Compat::kKhr)
     return wrong_usage("coarse primitives are for loaders without patches, and Compat::kKhr writes none");
-  if (!(options.coarse_share >= 0 && options.coarse_share <= 1))
+  if (!(wanted.coarse_share >= 0 && wanted.coarse_share <= 1))
     return wrong_usage("coarse_share is not between 0 and 1");
-  auto reports = encode_geometry(document, options, backend, pool, progress, limits, options.condenses());
-  if (!reports) return reports;
+  EncodeDocumentOptions options = wanted;
+  if (document.spooled && document.spooled->are_repeated) options.keep_duplicates = false;
+
+  std::optional<std::vector<PrimitiveReport>> reports;
+  for (bool may_shrink = options.condenses(); !reports; may_shrink = false) {
+    Expected<Geometry> geometry = read_geometry(document, options, backend, limits, pool, progress);
+    if (!geometry) return geometry.status();
+    encode_jobs(geometry->jobs, options.of_meshes(), document.from_draco, pool, progress);
+    auto stored = store_geometry(document, options, std::move(*geometry), may_shrink, limits, pool);
+    if (!stored) return stored.status();
+    reports = std::move(*stored);
+  }
   join_draco_extensions(document);
   // Loaders of stock Draco would show the coarse primitives.
   if (options.compat == Compat::kKhr) drop_coarse_primitives(document);
-  if (options.fallback != Fallback::kCoarse) return reports;
-  if (Status status = add_coarse_primitives(document, options.coarse_share, backend, pool); !status.ok())
-    return status;
-  return reports;
+  if (options.fallback == Fallback::kCoarse)
+    if (Status status = add_coarse_primitives(document, options.coarse_share, backend, pool); !status.ok())
+      return status;
+  return std::move(*reports);
 }
 
 }  // namespace psplit
