@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "gltf_ext/convert/encode_large_mesh.h"
 #include "gltf_ext/convert/validate.h"
@@ -45,15 +46,9 @@ struct EncodeCommandArguments {
   std::string temporary;
 };
 
-struct Encoded {
-  Document document;
-  std::vector<PrimitiveReport> reports;
-  AssetBytes input_bytes;
-  Json dropped_extensions = Json::object();
-};
-
-Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& result, const Encoded& encoded,
-                 const AssetSizes& sizes, double wall_ms, const Session& session) {
+Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& result, const Document& encoded,
+                 const Json& dropped_extensions, const AssetSizes& sizes, double wall_ms,
+                 const Session& session) {
   Json total;
   append_row(total, result.total);
   total["wall_ms"] = wall_ms;
@@ -65,8 +60,8 @@ Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& re
           {"files", sizes_json(sizes)},
           {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
           {"total", std::move(total)},
-          {"dropped_extensions", encoded.dropped_extensions},
-          {"coarse", coarse_json(coarse_counts(encoded.document))},
+          {"dropped_extensions", dropped_extensions},
+          {"coarse", coarse_json(coarse_counts(encoded))},
           {"primitives", result.primitives}};
 }
 
@@ -89,23 +84,6 @@ OutOfCoreOptions limits_of(const EncodeCommandArguments& arguments, const Sessio
   return limits;
 }
 
-Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& arguments,
-                               const Session& session, bool fits) {
-  const AssetBytes input_bytes = bytes_on_disk(document);
-  Encoded encoded{std::move(document), {}, input_bytes};
-  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
-  encoded.dropped_extensions =
-      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
-  ProgressBar bar("encoding", session.log);
-  OutOfCoreOptions limits = limits_of(arguments, session);
-  if (fits) limits.memory = 0;
-  Expected<std::vector<PrimitiveReport>> reports = encode_document(
-      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"), limits);
-  if (!reports) return reports.status().at({.file = arguments.input});
-  encoded.reports = std::move(*reports);
-  return encoded;
-}
-
 bool makes_coarse(const EncodeCommandArguments& arguments) {
   return arguments.encode.options.fallback == Fallback::kCoarse;
 }
@@ -118,15 +96,15 @@ Status too_large(uint64_t estimate) {
 
 // The input, and whether all of it fits into memory.
 struct Input {
-  Asset asset;
+  Document document;
   bool fits = false;
 };
 
 // What cannot be read again is put into a temporary file. If it does not fit into memory, glTF stays there, and
 // a PLY, an STL or an OBJ becomes a document in temporary files. Pipes do not tell their size: PLY and STL are
 // read as a stream. An OBJ that fits may have several objects and materials.
-Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Session& session,
-                            std::optional<uint64_t> estimate) {
+Expected<Asset> read_stream(const EncodeCommandArguments& arguments, const Session& session,
+                            std::optional<uint64_t> estimate, bool& fits) {
   ProgressBar bar("reading", session.log);
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar.callback("byte"));
   if (!stream) return stream.status();
@@ -151,10 +129,9 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
                        : kProcessMemory + estimate_memory(path, BatchVerb::kEncode, arguments.input,
                                                           makes_coarse(arguments), bytes.bytes.bytes().size());
     if (*estimate <= arguments.memory) {
-      Expected<Asset> asset = read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool,
-                                         arguments.encode.origin);
-      if (!asset) return asset.status();
-      return Input{std::move(*asset), !is_gltf};
+      fits = !is_gltf;
+      return read_asset(bytes.bytes, arguments.input, find_describer("auto"), {}, session.pool,
+                        arguments.encode.origin);
     }
   }
   if (!is_spooled()) return too_large(*estimate);
@@ -163,18 +140,16 @@ Expected<Input> read_stream(const EncodeCommandArguments& arguments, const Sessi
   };
   SpoolOptions spool = spool_options(arguments.encode.options, limits);
   spool.origin = arguments.encode.origin;
-  Expected<Asset> asset = read_spool(*scanner, *format, arguments.input, std::move(spool), check, session.pool);
-  if (!asset) return asset.status();
-  return Input{std::move(*asset)};
+  return read_spool(*scanner, *format, arguments.input, std::move(spool), check, session.pool);
 }
 
-Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Session& session,
-                               WriteReport& written) {
+Expected<Input> read_input(const EncodeCommandArguments& arguments, const Session& session,
+                           WriteReport& written) {
   std::optional<uint64_t> estimate;
   if (arguments.memory > 0 && arguments.input != "-" && is_disk_file(arguments.input))
     estimate =
         kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode, "", makes_coarse(arguments));
-  const bool fits = arguments.memory == 0 || (estimate && *estimate <= arguments.memory);
+  bool fits = arguments.memory == 0 || (estimate && *estimate <= arguments.memory);
   if (fits || (estimate && read_asset_json(arguments.input).ok())) {
     // If freed memory went back to the system, the next array would fault in page by page, each cleared first.
     // On virtual machines, small pages cost a third of the time of a large mesh.
@@ -183,44 +158,54 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
         read_for_output(arguments.input, arguments.output, arguments.report, session, written, "auto", {},
                         OutputForms::kGltf, PointClouds::kRefuse, arguments.encode.origin);
     if (!document) return document.status();
-    return encode_asset(std::move(*document), arguments, session, fits);
+    return Input{std::move(*document), fits};
   }
   const auto check = [&](const Document* document) {
     return check_paths(arguments.input, document, arguments.output, arguments.report, session, written);
   };
   if (Status status = check(nullptr); !status.ok()) return status;
-  Expected<Input> input = read_stream(arguments, session, estimate);
-  if (!input) return input.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
-  log_warnings(input->asset, arguments.input, arguments.encode.origin, session.log);
-  if (Status status = check(&input->asset.document); !status.ok()) return status;
-  return encode_asset(std::move(input->asset.document), arguments, session, input->fits);
+  Expected<Asset> asset = read_stream(arguments, session, estimate, fits);
+  if (!asset) return asset.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
+  log_warnings(*asset, arguments.input, arguments.encode.origin, session.log);
+  if (Status status = check(&asset->document); !status.ok()) return status;
+  return Input{std::move(asset->document), fits};
 }
 
 Status run_encode(const EncodeCommandArguments& arguments, const Session& session) {
   const EncodeDocumentOptions& options = arguments.encode.options;
   const Stopwatch watch;
   WriteReport written;
-  Expected<Encoded> encoded = encode_input(arguments, session, written);
-  if (!encoded) return encoded.status();
-  AssetSizes sizes{encoded->input_bytes, {}};
-  const EncodeResult result = collect_rows(encoded->reports, options.skip, session.log);
-  log_reports(encoded->reports, session.log);
+  Expected<Input> input = read_input(arguments, session, written);
+  if (!input) return input.status();
+  Document& document = input->document;
+  AssetSizes sizes{bytes_on_disk(document), {}};
+  if (Status status = check_least_space(arguments, sizes.input); !status.ok()) return status;
+  const Json dropped_extensions =
+      drop_extensions(document, arguments.encode.drop_extensions, arguments.input, session.log);
+  OutOfCoreOptions limits = limits_of(arguments, session);
+  if (input->fits) limits.memory = 0;
+  std::optional<ProgressBar> bar(std::in_place, "encoding", session.log);
+  const Expected<std::vector<PrimitiveReport>> reports =
+      encode_document(document, options, find_backend({}), session.pool, bar->callback("face"), limits);
+  bar.reset();  // clears its line
+  if (!reports) return reports.status().at({.file = arguments.input});
+  const EncodeResult result = collect_rows(*reports, options.skip, session.log);
+  log_reports(*reports, session.log);
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_result(result, session.log, arguments.input);
-  if (Status status = write_asset(encoded->document, arguments.output, arguments.write, session, written);
-      !status.ok())
+  if (Status status = write_asset(document, arguments.output, arguments.write, session, written); !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
-    Json report = report_json(arguments, result, *encoded, sizes, wall_ms, session);
+    Json report = report_json(arguments, result, document, dropped_extensions, sizes, wall_ms, session);
     if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
-  const std::string coarse = coarse_text(coarse_counts(encoded->document));
+  const std::string coarse = coarse_text(coarse_counts(document));
   session.log.note(written_text(arguments.output, sizes,
                                 encode_summary(result, options) + (coarse.empty() ? "" : "; ") + coarse + "; " +
                                     as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
@@ -285,9 +270,8 @@ Status run_into_folder(const EncodeCommandArguments& arguments, const Session& s
   return run_batch(batch, session);
 }
 
-// An error that says what helps against a lack of memory.
-Status run_within_memory(const EncodeCommandArguments& arguments, const Session& session) {
-  Status status = catch_exceptions([&] { return run_encode(arguments, session); });
+// Says what helps against a lack of memory.
+Status with_advice(Status status, const EncodeCommandArguments& arguments) {
   if (status.code() != StatusCode::kOutOfMemory) return status;
   status = std::move(status).at({.file = arguments.input});
   std::string advice;
@@ -373,9 +357,9 @@ void add_encode_command(CLI::App& app, Action& action) {
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
       throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
     action = [arguments](const Session& session) {
-      return writes_into_folder(*arguments) ? run_into_folder(*arguments, session)
-             : arguments->dry_run           ? run_dry(*arguments, session)
-                                            : run_within_memory(*arguments, session);
+      if (writes_into_folder(*arguments)) return run_into_folder(*arguments, session);
+      if (arguments->dry_run) return run_dry(*arguments, session);
+      return with_advice(catch_exceptions([&] { return run_encode(*arguments, session); }), *arguments);
     };
   });
 }
