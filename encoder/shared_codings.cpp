@@ -84,6 +84,8 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* 
                                                         const EncodeOptions& options,
                                                         std::span<std::vector<AttributeCoding>> codings,
                                                         const ThreadPool& pool) {
+  // apply_own_codings replaces the coding, so that what a chosen one loses says nothing.
+  const auto has_own_coding = [&](size_t k, size_t i) { return meshes[k]->own_codings.contains(i); };
   std::vector<std::vector<PrecisionFinding>> findings(meshes.size());
   std::vector<std::vector<int>> wanted(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
@@ -94,8 +96,9 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* 
       visit(mesh, stored);
       return Status();
     }};
-    for (const Attribute& attribute : mesh.attributes) {
-      wanted[k].push_back(wanted_bits(attribute, options));
+    for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+      const Attribute& attribute = mesh.attributes[i];
+      wanted[k].push_back(has_own_coding(k, i) ? 0 : wanted_bits(attribute, options));
       const auto scale = meshes[k]->texture_scales.find(attribute.semantic);
       guarded.texture_scales.push_back(scale == meshes[k]->texture_scales.end() ? 1 : scale->second);
     }
@@ -111,6 +114,7 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* 
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < meshes.size(); ++k)
       for (size_t i = 0; i < findings[k].size(); ++i) {
+        if (has_own_coding(k, i)) continue;
         const Attribute& attribute = meshes[k]->mesh.attributes[i];
         const bool is_joined =
             is_shared(attribute.semantic) && codings[k][i].bits > 0 && !codings[k][i].octahedral;

@@ -34,8 +34,9 @@ Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<
 Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh);
 
-// Replaces codings that lose what the meshes tell apart (precision_guard.h), unless their bits are given. A
-// grid that a group shares stays one. Returns notes for each mesh. Call it when the bits are chosen.
+// Replaces codings that lose what the meshes tell apart (precision_guard.h), unless their bits are given or the
+// attribute has a coding of its own (MeshToEncode::own_codings). A grid that a group shares stays one. Returns
+// notes for each mesh. Call it when the bits are chosen.
 std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* const> meshes,
                                                         const EncodeOptions& options,
                                                         std::span<std::vector<AttributeCoding>> codings,
