@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "encoder/coding/precision_guard.h"
 #include "encoder/coding/step_grid.h"
 
 namespace psplit {
@@ -98,13 +97,6 @@ std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds
   return attribute.semantic + ": its whole numbers are rounded to a grid of " + std::to_string(coding.bits) +
          " bits; " +
          (grid ? std::to_string(grid->bits) + " bits would keep them" : "only --lossless would keep them");
-}
-
-std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options) {
-  std::vector<AttributeCoding> codings;
-  for (Attribute& attribute : mesh.attributes) codings.push_back(choose_coding(attribute, options));
-  guard_codings(mesh, options, codings);
-  return codings;
 }
 
 }  // namespace psplit

@@ -35,15 +35,8 @@ AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bo
 std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds& bounds,
                                   const AttributeCoding& coding);
 
-// The coding of an attribute with a grid of its own, as choose_codings chooses it.
+// The coding of an attribute with a grid of its own, fitted to all of its values. Those that exceed glTF's
+// limits by rounding noise are set to the limits first (trim_noise).
 AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options);
-
-// The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
-// that encoding drops. Grids whose bits are not given are finer where they would lose what the mesh tells apart
-// (precision_guard.h).
-//
-// Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
-// (trim_noise). Call round_weights when all grids are final.
-std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options);
 
 }  // namespace psplit

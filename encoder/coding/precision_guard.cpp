@@ -249,16 +249,4 @@ Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span
   return notes;
 }
 
-std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
-                                         std::vector<AttributeCoding>& codings) {
-  std::vector<int> wanted;
-  for (const Attribute& attribute : mesh.attributes) wanted.push_back(wanted_bits(attribute, options));
-  const GuardedMesh whole{[&](const GuardedMesh::VisitPart& visit) {
-    visit(mesh, {});
-    return Status();
-  }};
-  auto notes = guard_codings(whole, mesh.attributes, options, wanted, codings);
-  return notes ? std::move(*notes) : std::vector<PrecisionNote>();
-}
-
 }  // namespace psplit

@@ -61,8 +61,5 @@ PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& findi
 Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span<const Attribute> attributes,
                                                    const CodingOptions& options, Span<const int> wanted,
                                                    std::vector<AttributeCoding>& codings);
-// The same of a mesh in memory; all of its points count.
-std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOptions& options,
-                                         std::vector<AttributeCoding>& codings);
 
 }  // namespace psplit

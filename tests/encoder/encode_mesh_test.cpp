@@ -6,13 +6,13 @@
 #include <cstring>
 #include <random>
 
-#include "encoder/coding/choose_codings.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/fields/expand_container.h"
 #include "psplit/decode.h"
 #include "psplit/encode.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/default_codings.h"

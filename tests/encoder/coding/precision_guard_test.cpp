@@ -9,6 +9,7 @@
 
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/choose_codings.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/libdraco/draco_backend.h"
 #include "psplit/encode.h"
 #include "src/container/patch_container.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/stock_stream.h"
 
 namespace psplit {

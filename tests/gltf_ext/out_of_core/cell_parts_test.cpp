@@ -8,6 +8,7 @@
 #include "gltf_ext/primitive/view_in_place.h"
 #include "mesh_files/repair_values.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/shapes/shapes.h"

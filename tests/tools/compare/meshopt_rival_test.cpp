@@ -6,7 +6,7 @@
 #include <cstring>
 #include <map>
 
-#include "encoder/coding/choose_codings.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"

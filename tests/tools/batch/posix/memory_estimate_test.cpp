@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "encoder/coding/choose_codings.h"
 #include "psplit/encode.h"
+#include "tests/support/choose_codings.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/stock_stream.h"
 #include "tests/tools/batch/posix/batch_jobs.h"
