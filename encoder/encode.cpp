@@ -14,6 +14,7 @@
 #include "encoder/encode_streams.h"
 #include "encoder/shared_codings.h"
 #include "encoder/welding/reduce.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -80,8 +81,7 @@ Status check_inside(const Attribute& attribute, const AttributeCoding& grid) {
   if (attribute.component_type != ComponentType::kFloat32 || grid.origin.size() != attribute.component_count)
     return wrong_usage(attribute.semantic + " has another number of components than its grid");
   for (size_t i = 0; i < attribute.values.size() / sizeof(float); ++i) {
-    float value = 0;
-    std::memcpy(&value, attribute.values.data() + i * sizeof value, sizeof value);
+    const float value = float_at(attribute, i);
     const float low = grid.origin[i % grid.origin.size()];
     if (!(value >= low && value - low <= grid.range))
       return invalid_input("point " + std::to_string(i / grid.origin.size()) + " is outside of the grid");

@@ -12,6 +12,7 @@
 #include "encoder/coding/quantization.h"
 #include "psplit/decode.h"
 #include "src/container/patch_container.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -27,12 +28,6 @@ std::array<uint32_t, 3> lowest_first(const std::array<uint32_t, 3>& face) {
   // If an index occurs twice, two rotations may begin with the lowest. Take one of them always.
   if (rotated[0] == rotated[2]) rotated = {rotated[0], rotated[0], rotated[1]};
   return rotated;
-}
-
-float float_at(const Attribute& attribute, size_t index) {
-  float value = 0;
-  std::memcpy(&value, attribute.values.data() + index * sizeof(float), sizeof(float));
-  return value;
 }
 
 // Whether a decoded value is what quantization may make of the wanted one.

@@ -8,6 +8,7 @@
 
 #include "encoder/coding/precision_guard.h"
 #include "encoder/coding/quantization.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -144,9 +145,7 @@ void ValueSpread::add(const Attribute& attribute, Span<const uint8_t> stored) {
     const bool is_sampled = stored_count++ % step == 0;
     for (size_t c = 0; c < components_.size(); ++c) {
       Component& component = components_[c];
-      float value = 0;
-      std::memcpy(&value, attribute.values.data() + point * attribute.stride() + c * sizeof value,
-                  sizeof value);
+      const float value = float_at(attribute, point * components_.size() + c);
       if (component.sample.empty()) component.low = component.high = value;
       component.low = std::min(component.low, value);
       component.high = std::max(component.high, value);

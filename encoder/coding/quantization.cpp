@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "encoder/coding/step_grid.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -86,11 +87,6 @@ bool is_unit_grid(const AttributeCoding& coding) {
          std::all_of(coding.origin.begin(), coding.origin.end(), [](float origin) { return origin == 0; });
 }
 
-float float_at(const Attribute& attribute, size_t i) {
-  float value = 0;
-  std::memcpy(&value, attribute.values.data() + i * sizeof(float), sizeof(float));
-  return value;
-}
 void set_float(Attribute& attribute, size_t i, float value) {
   std::memcpy(attribute.values.data() + i * sizeof(float), &value, sizeof(float));
 }

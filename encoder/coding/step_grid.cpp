@@ -9,11 +9,10 @@ namespace psplit {
 namespace {
 
 constexpr int kFloatBits = 24;
-constexpr int kMostStepBits = 30;
 
 // The smallest grid with the step 2^exponent, or half of it, from the origins to the values `high`; nothing if
-// it has more than 30 bits. These products are exact: libdraco takes the step as range / float(2^bits - 1), and
-// the place as floor(offset * (float(2^bits - 1) / range) + 0.5).
+// it has more than kMostGridBits. These products are exact: libdraco takes the step as range / float(2^bits -
+// 1), and the place as floor(offset * (float(2^bits - 1) / range) + 0.5).
 // - Up to 23 bits, 2^bits - 1 is a float, and so is an odd place plus one half.
 // - With 24 bits, a large odd place plus one half is no float. Half the step makes places even, at 25 bits.
 // - From 25 bits on, float(2^bits - 1) is 2^bits.
@@ -23,8 +22,8 @@ std::optional<AttributeCoding> grid_of_step(std::vector<float> origin, const std
   for (size_t c = 0; c < origin.size(); ++c) extent = std::max(extent, double{high[c]} - double{origin[c]});
   const double places = std::ceil(std::ldexp(extent, -exponent));
   int bits = 1;
-  while (bits <= kMostStepBits && std::ldexp(1.0, bits) - 1 < places) ++bits;
-  if (bits > kMostStepBits) return std::nullopt;
+  while (bits <= kMostGridBits && std::ldexp(1.0, bits) - 1 < places) ++bits;
+  if (bits > kMostGridBits) return std::nullopt;
   if (bits == kFloatBits) {
     ++bits;
     --exponent;

@@ -18,6 +18,7 @@
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/patch_steps.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -297,8 +298,7 @@ uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
       std::swap(low, high);
       for (const uint32_t point : patch.points_of_values())
         for (size_t c = 0; c < attribute.component_count; ++c) {
-          float value;
-          std::memcpy(&value, &attribute.values[point * attribute.stride() + c * sizeof value], sizeof value);
+          const float value = float_at(attribute, size_t{point} * attribute.component_count + c);
           const double step{grid_place(value, coding.origin[c], coding.range, coding.bits)};
           low = std::min(low, step);
           high = std::max(high, step);

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <string>
 #include <utility>
 
 #include "encoder/coding/quantization.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/stream/sequential_stream.h"
 #include "encoder/welding/weld.h"
+#include "src/mesh/number_of.h"
 
 namespace psplit {
 namespace {
@@ -48,8 +50,7 @@ Status check_places(const Attribute& attribute, const AttributeCoding& coding) {
   bool fit = true;
   const size_t components = attribute.component_count, count = attribute.values.size() / sizeof(float);
   for (size_t i = 0; i < count; ++i) {
-    float value;
-    std::memcpy(&value, attribute.values.data() + i * sizeof value, sizeof value);
+    const float value = float_at(attribute, i);
     fit = fit && std::fabs(grid_place(value, coding.origin[i % components], coding.range, coding.bits)) < kMost;
   }
   return fit ? Status() : unsupported(attribute.semantic + ": a value is too far beyond its grid");
@@ -68,7 +69,8 @@ Status check_integers(const Attribute& attribute) {
 Status complete_coding(const Attribute& attribute, const DracoLabel& label, AttributeCoding& coding) {
   if (label.type == DataType::kUint32) return check_integers(attribute);
   if (!is_float(label) || coding.bits <= 0) return {};
-  if (coding.bits > kMostGridBits) return invalid_input(attribute.semantic + ": more than 30 bits");
+  if (coding.bits > kMostGridBits)
+    return invalid_input(attribute.semantic + ": more than " + std::to_string(kMostGridBits) + " bits");
   coding.octahedral = is_normal(label);
   if (!coding.octahedral)
     return coding.origin.empty() ? find_grid(attribute, coding) : check_places(attribute, coding);

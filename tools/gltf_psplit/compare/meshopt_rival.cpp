@@ -8,6 +8,8 @@
 #include <cstring>
 #include <span>
 
+#include "src/mesh/number_of.h"
+
 namespace psplit {
 namespace {
 
@@ -21,13 +23,6 @@ struct PlainStream {
   bool octahedral = false;
 };
 
-float float_at(const Attribute& attribute, size_t point, size_t component) {
-  float value = 0;
-  std::memcpy(&value, attribute.values.data() + (point * attribute.component_count + component) * sizeof value,
-              sizeof value);
-  return value;
-}
-
 // The places of all values on the grid of `coding`.
 PlainStream quantize_to_grid(const Attribute& attribute, size_t point_count, const AttributeCoding& coding) {
   const size_t component_count = attribute.component_count;
@@ -38,8 +33,8 @@ PlainStream quantize_to_grid(const Attribute& attribute, size_t point_count, con
   stream.bytes.resize(point_count * stream.stride);
   for (size_t point = 0; point < point_count; ++point) {
     for (size_t component = 0; component < component_count; ++component) {
-      const double value =
-          static_cast<double>(float_at(attribute, point, component)) - coding.origin[component];
+      const double value = static_cast<double>(float_at(attribute, point * component_count + component)) -
+                           coding.origin[component];
       const auto step = static_cast<uint32_t>(std::lround(std::clamp(value * scale, 0.0, most)));
       for (size_t k = 0; k < value_bytes; ++k)
         stream.bytes[point * stream.stride + component * value_bytes + k] =
@@ -53,7 +48,7 @@ PlainStream quantize_octahedral(const Attribute& attribute, size_t point_count, 
   std::vector<float> vectors(point_count * 4, 0);
   for (size_t point = 0; point < point_count; ++point)
     for (size_t component = 0; component < attribute.component_count; ++component)
-      vectors[point * 4 + component] = float_at(attribute, point, component);
+      vectors[point * 4 + component] = float_at(attribute, point * attribute.component_count + component);
   const size_t stride = bits <= 8 ? 4 : 8;
   PlainStream stream{std::vector<uint8_t>(point_count * stride), stride, true};
   meshopt_encodeFilterOct(stream.bytes.data(), point_count, stride, std::min(bits, 16), vectors.data());
