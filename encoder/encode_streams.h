@@ -39,7 +39,7 @@ struct Streams {
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings);
 
 // Welds the mesh, cuts it into `patch_count` patches or as options.patch_of_face says, and encodes these and
-// the residue. Patches that exceed options.most_split_percent (split_limit.h) become fewer. Nothing is merged
+// the residue. Patches that exceed options.most_split_percent become fewer. Nothing is merged
 // or dropped. Errors have the number of the patch as their place.
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                  const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool);
