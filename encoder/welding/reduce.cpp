@@ -10,8 +10,6 @@
 namespace psplit {
 namespace {
 
-constexpr uint32_t kDropped = 0xffffffffu;
-
 // Removes the groups of `alike` that would change the topology of the mesh whose groups of `equal` are merged.
 void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::vector<uint32_t>& alike) {
   std::vector<uint8_t> is_kept_apart(mesh.point_count, 0);
@@ -58,7 +56,8 @@ ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const Thread
   const auto representative = [&](uint32_t point) { return lowest.empty() ? point : lowest[point]; };
 
   ReducedMesh reduced;
-  reduced.mesh.faces.reserve(input.faces.size());
+  Array<std::array<uint32_t, 3>> faces;
+  faces.reserve(input.faces.size());
   std::vector<uint8_t> used(input.point_count, options.drop_unused ? 0 : 1);
   for (const auto& face : input.faces) {
     const std::array<uint32_t, 3> merged = {representative(face[0]), representative(face[1]),
@@ -68,25 +67,18 @@ ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const Thread
       continue;
     }
     for (const uint32_t point : merged) used[point] = 1;
-    reduced.mesh.faces.push_back(merged);
+    faces.push_back(merged);
   }
 
-  std::vector<uint32_t> number(input.point_count, kDropped);
   for (uint32_t point = 0; point < input.point_count; ++point) {
-    if (representative(point) != point) {
+    if (representative(point) != point)
       ++reduced.merged_points;
-    } else if (!used[point]) {
+    else if (!used[point])
       ++reduced.dropped_points;
-    } else {
-      number[point] = static_cast<uint32_t>(reduced.source_point.size());
+    else
       reduced.source_point.push_back(point);
-    }
   }
-  for (auto& face : reduced.mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  Mesh selected = select_points(input, reduced.source_point);
-  selected.faces = std::move(reduced.mesh.faces);
-  reduced.mesh = std::move(selected);
+  reduced.mesh = select_points(input, reduced.source_point, std::move(faces));
   return reduced;
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/read_jobs.h"
@@ -25,21 +26,12 @@ struct CoarsePrimitive {
 
 // The points of a mesh that some of its faces use, in their order, and these faces.
 CoarsePrimitive gather(const Mesh& mesh, const std::vector<MorphAttribute>& morphs, Faces faces) {
-  std::vector<uint32_t> source_point, number(mesh.point_count, UINT32_MAX);
-  for (auto& face : faces)
-    for (uint32_t& point : face) {
-      uint32_t& known = number[point];
-      if (known == UINT32_MAX) {
-        known = static_cast<uint32_t>(source_point.size());
-        source_point.push_back(point);
-      }
-      point = known;
-    }
-  CoarsePrimitive coarse;
-  coarse.mesh = select_points(mesh, source_point);
-  coarse.mesh.faces = std::move(faces);
-  coarse.morphs = reorder(morphs, source_point);
-  return coarse;
+  std::vector<uint32_t> source_point;
+  std::vector<uint8_t> is_known(mesh.point_count, 0);
+  for (const auto& face : faces)
+    for (const uint32_t point : face)
+      if (std::exchange(is_known[point], uint8_t{1}) == 0) source_point.push_back(point);
+  return {select_points(mesh, source_point, std::move(faces)), reorder(morphs, source_point)};
 }
 
 // Meshes whose compressed primitives have equal geometry.

@@ -1,9 +1,11 @@
 // Some points of a mesh, and which points faces use.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "psplit/base.h"
@@ -30,6 +32,17 @@ inline Mesh select_points(const Mesh& mesh, Span<const uint32_t> points) {
   selected.point_count = static_cast<uint32_t>(points.size());
   for (const Attribute& attribute : mesh.attributes)
     selected.attributes.push_back(select_points(attribute, points));
+  return selected;
+}
+
+// A mesh with these points of `mesh`, and with these faces of it, whose points are all among them.
+inline Mesh select_points(const Mesh& mesh, Span<const uint32_t> points, Array<std::array<uint32_t, 3>> faces) {
+  Mesh selected = select_points(mesh, points);
+  std::vector<uint32_t> number(mesh.point_count);
+  for (uint32_t i = 0; i < selected.point_count; ++i) number[points[i]] = i;
+  selected.faces = std::move(faces);
+  for (auto& face : selected.faces)
+    for (uint32_t& point : face) point = number[point];
   return selected;
 }
 
