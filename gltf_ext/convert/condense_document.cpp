@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "encoder/condensing/condense.h"
 #include "encoder/verify.h"
 #include "gltf_ext/convert/replace_streams.h"
-#include "gltf_ext/document/references.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/mesh_view.h"
@@ -31,35 +31,6 @@ struct Candidate {
   std::vector<uint8_t> container{};  // empty: the streams stay
   AccessorChanges accessors{};
   Status status{};
-};
-
-// The users of accessors and of buffer views.
-class DataUsers {
- public:
-  explicit DataUsers(const Document& document) : replaceable_(replaceable_views(document)) {
-    for_each_accessor_reference(document.json(), [&](const Json& index) { add(index, accessors_); });
-    for_each_buffer_view_reference(document.json(), [&](const Json& index) { add(index, views_); });
-    const UnknownReferences unknown = find_unknown_references(document.json());
-    for (const int64_t named : unknown.accessors) ++accessors_[named];
-    for (const int64_t named : unknown.views) ++views_[named];
-  }
-
-  bool are_all_of_accessor(size_t count, int64_t accessor) const { return has(accessors_, accessor, count); }
-  // Whether the view has no other users, and shares no bytes with another one.
-  bool own_view(size_t count, int64_t view) const {
-    return has(views_, view, count) && replaceable_.contains(view);
-  }
-
- private:
-  using Counts = std::map<int64_t, size_t>;
-  static void add(const Json& index, Counts& counts) { ++counts[integer_value(index).value_or(-1)]; }
-  static bool has(const Counts& counts, int64_t index, size_t count) {
-    const auto found = counts.find(index);
-    return found != counts.end() && found->second == count;
-  }
-
-  Counts accessors_, views_;
-  const std::set<int64_t> replaceable_;
 };
 
 std::vector<Candidate> find_candidates(const Document& document, std::span<const PrimitiveId> ids) {
@@ -103,7 +74,8 @@ std::optional<AccessorChanges> exact_accessors(const Document& document, std::sp
     if (is_bound(least, exact["min"]) && is_bound(most, exact["max"])) return true;
     Json changed = accessor;
     for (const char* name : {"min", "max"}) changed[name] = exact[name];
-    return users.are_all_of_accessor(ids.size(), index) && changes.emplace(index, std::move(changed)).second;
+    return DataUsers::has(users.accessors, index, ids.size()) &&
+           changes.emplace(index, std::move(changed)).second;
   };
   for (const auto& [semantic, values] : view_of(decoded).attributes)
     if (!agrees(primitive.accessor_of(semantic), values, semantic == "POSITION")) return std::nullopt;
@@ -227,14 +199,16 @@ Expected<std::vector<CondensedView>> condense_document(Document& document, std::
                                                        const CondenseOptions& options, const ThreadPool& pool) {
   if (Status status = document.check(); !status.ok()) return status;
   std::vector<Candidate> candidates = find_candidates(document, ids);
-  const DataUsers users(document);
+  const DataUsers users(std::as_const(document).json());
+  const std::set<int64_t> replaceable = replaceable_views(document);
   pool.for_each(candidates.size(), [&](size_t i) {
     Candidate& candidate = candidates[i];
     const PrimitiveId id = candidate.result.ids.front();
     const Expected<StoredPrimitive> stored = stored_primitive(document, id);
-    if (!stored)
-      candidate.status = stored.status();
-    else if (users.own_view(candidate.result.ids.size(), candidate.view))
+    if (!stored) candidate.status = stored.status();
+    // What has other users, or shares bytes with another view, stays.
+    else if (DataUsers::has(users.views, candidate.view, candidate.result.ids.size()) &&
+             replaceable.contains(candidate.view))
       candidate.status = candidate.is_stock ? condense_stock(document, *stored, users, options, pool, candidate)
                                             : condense_patches(*stored, options, pool, candidate);
     candidate.status = std::move(candidate.status).at(place_of(document, id));

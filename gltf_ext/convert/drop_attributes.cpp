@@ -60,7 +60,7 @@ class Dropper {
         if (Json* extension = extension_field(primitive, name))
           if (Json* stored = object_field(*extension, "attributes")) stored->erase(semantic);
     }
-    if (!found.empty()) dropped_.of_primitive[{id.mesh, id.primitive}] = std::move(found);
+    if (!found.empty()) dropped_.of_primitive[id] = std::move(found);
     return {};
   }
 

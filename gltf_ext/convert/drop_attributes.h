@@ -8,18 +8,17 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_job.h"
-#include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/document/document.h"
 #include "psplit/gltf.h"
 
 namespace psplit {
 
 struct DroppedAttributes {
-  std::map<std::pair<size_t, size_t>, std::vector<std::string>> of_primitive;  // by mesh and primitive
+  std::map<PrimitiveId, std::vector<std::string>> of_primitive;
   std::vector<int64_t> freed;  // accessors that may have no user now: see PrimitiveEditor::release
 
   std::vector<std::string> of(PrimitiveId id) const {
-    const auto found = of_primitive.find({id.mesh, id.primitive});
+    const auto found = of_primitive.find(id);
     return found == of_primitive.end() ? std::vector<std::string>() : found->second;
   }
 };

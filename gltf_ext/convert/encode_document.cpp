@@ -8,7 +8,6 @@
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_large_mesh.h"
-#include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/join_points.h"
 #include "gltf_ext/convert/json_growth.h"
 #include "gltf_ext/convert/plain_neighbours.h"
@@ -161,13 +160,12 @@ Status note_dropped(const Document& document, const DroppedAttributes& dropped,
     return document.records().primitive(id).storage() != PrimitiveStorage::kPlain;
   };
   for (const auto& [id, names] : dropped.of_primitive) {
-    const PrimitiveId primitive{id.first, id.second};
-    reports[primitive].dropped_attributes = names;
+    reports[id].dropped_attributes = names;
     const auto reason = skipped.find(id);
-    if (reason != skipped.end() && is_compressed(primitive))
+    if (reason != skipped.end() && is_compressed(id))
       return unsupported(
           names.front() + " cannot be skipped: the primitive is left as it is, " + reason->second,
-          place_of(document, primitive));
+          place_of(document, id));
   }
   for (EncodeJob& job : jobs)
     job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
@@ -415,9 +413,36 @@ void report_spooled(const SpooledPoints& points, const EncodeJob& job, Primitive
     report.input_bytes += report.points * attribute.stride();
 }
 
+// `jobs` and `large` are those in memory and in parts.
+EncodeReports reports_of_input(const Document& input, const SkippedPrimitives& skipped,
+                               std::span<const EncodeJob> jobs, std::span<const EncodeJob> large) {
+  EncodeReports reports;
+  for (const auto& [id, bytes] : geometry_bytes(input)) {
+    PrimitiveReport& report = reports[id];
+    report.id = id;
+    report.input_bytes = report.bytes = bytes;
+  }
+  for (const auto& [id, reason] : skipped) reports.at(id).skipped = reason;
+  for (const std::span<const EncodeJob> read : {jobs, large})
+    for (const EncodeJob& job : read)
+      for (size_t i = 0; i < job.group.ids.size(); ++i) {
+        PrimitiveReport& report = reports.at(job.group.ids[i]);
+        report.repeated = i > 0;
+        report.faces = job.face_count;
+        report.points = job.point_count();
+      }
+  return reports;
+}
+
+std::vector<PrimitiveReport> list_of(EncodeReports reports) {
+  std::vector<PrimitiveReport> list;
+  for (auto& [id, report] : reports) list.push_back(std::move(report));
+  return list;
+}
+
 // The asset stays as it was, because it would grow.
 std::vector<PrimitiveReport> leave_asset(EncodeReports reports, uint64_t before, uint64_t after) {
-  std::vector<PrimitiveReport> list = std::move(reports).list();
+  std::vector<PrimitiveReport> list = list_of(std::move(reports));
   const std::string reason =
       "the asset would take " + std::to_string(after) + " bytes as a GLB instead of " + std::to_string(before);
   for (PrimitiveReport& report : list)
@@ -466,7 +491,7 @@ Expected<Geometry> read_geometry(Document& document, const EncodeDocumentOptions
   Expected<GridGroups> groups = plan_jobs(document, options, selected->skipped, *jobs, pool);
   if (!groups) return groups.status();
   share_patches(options.of_meshes().patches, *large, *jobs);
-  EncodeReports reports(document, selected->skipped, *jobs, *large);
+  EncodeReports reports = reports_of_input(document, selected->skipped, *jobs, *large);
   if (Status status = note_dropped(document, *dropped, selected->skipped, *jobs, reports); !status.ok())
     return status;
   return Geometry{std::move(*dropped), std::move(*jobs), std::move(*large), std::move(*groups),
@@ -515,7 +540,7 @@ Expected<std::optional<std::vector<PrimitiveReport>>> store_geometry(Document& d
     }
   }
   warn_of_growth(may_grow, reports);
-  return std::optional(std::move(reports).list());
+  return std::optional(list_of(std::move(reports)));
 }
 
 }  // namespace

@@ -12,6 +12,9 @@
 
 namespace psplit {
 
+// The reports of all primitives of a document while it is encoded.
+using EncodeReports = std::map<PrimitiveId, PrimitiveReport>;
+
 // Which meshes share grids: those of one group.
 struct GridGroups {
   QuantizationVolume volume = QuantizationVolume::kMesh;

@@ -17,10 +17,6 @@
 namespace psplit {
 namespace {
 
-bool is_same_grid(const AttributeCoding& a, const AttributeCoding& b) {
-  return a.bits == b.bits && a.origin == b.origin && a.range == b.range;
-}
-
 // Whether the values can be replaced: they are floats. What meshoptimizer compressed would grow.
 bool may_move(const AssetRecords& records, const AccessorRecord& accessor) {
   if (accessor.has_view() && records.view(accessor.elements.view).meshopt) return false;

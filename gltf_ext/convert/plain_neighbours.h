@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_job.h"
-#include "gltf_ext/convert/encode_reports.h"
 #include "psplit/encode.h"
 
 namespace psplit {

@@ -10,11 +10,11 @@
 #include "encoder/coding/step_grid.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/scene_offsets.h"
-#include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/stated_grids.h"
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
+#include "src/mesh/select_points.h"
 
 namespace psplit {
 namespace {
@@ -46,8 +46,7 @@ std::vector<KeptMesh> kept_meshes(const Document& document, const SkippedPrimiti
       if (const auto group = groups.of_mesh(id.mesh)) used.insert(*group);
   const std::vector<Attribute> position{{"POSITION", ComponentType::kFloat32, 3, false, {}}};
   std::vector<KeptMesh> kept;
-  for (const auto& [at, reason] : skipped) {
-    const PrimitiveId id{at.first, at.second};
+  for (const auto& [id, reason] : skipped) {
     const auto group = groups.of_mesh(id.mesh);
     if (!group || !used.contains(*group)) continue;
     AttributeCoding grid = stated_grids(document, id, position, pool)[0];
@@ -92,6 +91,61 @@ void fit_scene(const Document& document, std::vector<EncodeJob>& jobs) {
         "nodes place the meshes of the scene so that their grids do not meet: surfaces of different meshes "
         "that touch may come apart by up to " +
         rounded_text(most));
+}
+
+// Drops the points that are not kept; no face uses them.
+void keep_points(EncodeJob& job, const std::vector<uint8_t>& keep) {
+  std::vector<uint32_t> kept;
+  for (uint32_t point = 0; point < keep.size(); ++point)
+    if (keep[point] != 0) kept.push_back(point);
+  Mesh& mesh = job.source.mesh;
+  mesh = select_points(mesh, kept, std::move(mesh.faces));
+  job.morphs = reorder(job.morphs, kept);
+  if (!job.numbers.empty()) job.numbers = select_rows(job.numbers, job.numbers.size() / keep.size(), kept);
+}
+
+// Exporters write a surface of several materials as primitives with common attributes, each with indices of its
+// own. Each primitive is stored with the points that its faces use. The first of them also gets the points that
+// no face uses. Quantization grids are fitted after that, so that no primitive's grid holds points of another
+// mesh.
+class SharedPoints {
+ public:
+  // Call once for each job, when it has become the last of `jobs`: drops its points that others have.
+  void divide(const Document& document, std::vector<EncodeJob>& jobs);
+  // Call when all jobs are read: drops the first primitives' points that only others use.
+  void finish(std::vector<EncodeJob>& jobs) const;
+
+ private:
+  struct Set {
+    size_t first = 0;  // index into the jobs
+    std::vector<uint8_t> used_by_others;
+  };
+  std::map<std::pair<AttributeRecords, std::vector<AttributeRecords>>, Set> sets_;  // with morph targets
+};
+
+void SharedPoints::divide(const Document& document, std::vector<EncodeJob>& jobs) {
+  EncodeJob& job = jobs.back();
+  const PrimitiveId id = job.group.ids.front();
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  if (primitive.storage() != PrimitiveStorage::kPlain) return;
+  const auto [found, is_first] =
+      sets_.try_emplace({primitive.attributes, primitive.targets}, Set{jobs.size() - 1, {}});
+  if (is_first) return;
+  std::vector<uint8_t>& used_by_others = found->second.used_by_others;
+  const std::vector<uint8_t> used = used_points(job.source.mesh);
+  used_by_others.resize(used.size(), 0);
+  for (size_t i = 0; i < used.size(); ++i) used_by_others[i] |= used[i];
+  keep_points(job, used);
+}
+
+void SharedPoints::finish(std::vector<EncodeJob>& jobs) const {
+  for (const auto& [key, set] : sets_) {
+    if (set.used_by_others.empty()) continue;
+    std::vector<uint8_t> keep = used_points(jobs[set.first].source.mesh);
+    for (size_t i = 0; i < keep.size(); ++i)
+      if (set.used_by_others[i] == 0) keep[i] = 1;
+    keep_points(jobs[set.first], keep);
+  }
 }
 
 Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, std::string& skipped) {

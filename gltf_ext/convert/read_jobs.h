@@ -12,7 +12,7 @@
 namespace psplit {
 
 // Reads the primitives that are encoded in memory. Those that turn out to have nothing to encode are added to
-// selected.skipped. Primitives that share points are divided (shared_points.h).
+// selected.skipped. Primitives that share points are divided (SharedPoints).
 Expected<std::vector<EncodeJob>> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                            SelectedPrimitives& selected, const DecodeBackend& backend,
                                            const ThreadPool& pool);

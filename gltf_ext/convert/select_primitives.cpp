@@ -148,7 +148,7 @@ Expected<SelectedPrimitives> select_primitives(const Document& document, const E
     if (reason->empty())
       wanted.push_back(id);
     else
-      selected.skipped[{id.mesh, id.primitive}] = *reason;
+      selected.skipped[id] = *reason;
   }
   selected.in_memory = group_equal_primitives(document, wanted);
   for (const PrimitiveGroup& group : selected.in_memory)

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
@@ -10,6 +12,9 @@
 #include "psplit/gltf.h"
 
 namespace psplit {
+
+// Why primitives are left as they are.
+using SkippedPrimitives = std::map<PrimitiveId, std::string>;
 
 // The name of an extension of the primitive whose data follow the order of points or faces; null if it has
 // none.
@@ -25,7 +30,7 @@ struct SelectedPrimitives {
   uint64_t face_count = 0;  // of all groups
 
   void skip(const PrimitiveGroup& group, const std::string& reason) {
-    for (const PrimitiveId id : group.ids) skipped[{id.mesh, id.primitive}] = reason;
+    for (const PrimitiveId id : group.ids) skipped[id] = reason;
   }
 };
 

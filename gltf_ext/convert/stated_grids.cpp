@@ -31,10 +31,6 @@ AttributeCoding grid_of_integers(const StreamDescription& stream, uint32_t uniqu
   return fit_whole_numbers(bounds_of(attribute, kAllBits)).value_or(AttributeCoding());
 }
 
-bool are_equal(const AttributeCoding& a, const AttributeCoding& b) {
-  return a.bits == b.bits && a.octahedral == b.octahedral && a.origin == b.origin && a.range == b.range;
-}
-
 // Nothing if the primitive is plain, or cannot be described.
 std::optional<DescribedPrimitive> description_of(const Document& document, PrimitiveId id,
                                                  const ThreadPool& pool) {
@@ -48,12 +44,16 @@ std::optional<DescribedPrimitive> description_of(const Document& document, Primi
 AttributeCoding coding_of_all(const DescribedPrimitive& described, uint32_t unique_id) {
   const AttributeCoding grid = coding_of(described.streams.front(), unique_id);
   const bool is_one = std::ranges::all_of(described.streams, [&](const StreamDescription& stream) {
-    return are_equal(grid, coding_of(stream, unique_id));
+    return is_same_grid(grid, coding_of(stream, unique_id));
   });
   return is_one ? grid : AttributeCoding();
 }
 
 }  // namespace
+
+bool is_same_grid(const AttributeCoding& a, const AttributeCoding& b) {
+  return a.bits == b.bits && a.octahedral == b.octahedral && a.origin == b.origin && a.range == b.range;
+}
 
 std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId id,
                                           const std::vector<Attribute>& attributes, const ThreadPool& pool) {

@@ -15,6 +15,9 @@ namespace psplit {
 std::vector<AttributeCoding> stated_grids(const Document& document, PrimitiveId id,
                                           const std::vector<Attribute>& attributes, const ThreadPool& pool);
 
+// Whether both have the same places.
+bool is_same_grid(const AttributeCoding& a, const AttributeCoding& b);
+
 // For documents whose primitives are decoded before they are encoded: the grids that the streams of all
 // primitives state, by attribute.
 StatedGrids all_stated_grids(const Document& document, const ThreadPool& pool);

@@ -201,14 +201,14 @@ std::vector<Finding> find_all(const Document& document, const DecodeBackend& bac
   pool.for_each(others.size(), [&](size_t i) { check(others[i]); });
   for (const size_t i : large) check(i);  // threads share the patches of each
 
-  std::map<std::pair<size_t, size_t>, const std::vector<Finding>*> found_of;
+  std::map<PrimitiveId, const std::vector<Finding>*> found_of;
   for (size_t i = 0; i < groups.size(); ++i)
-    for (const PrimitiveId id : groups[i].ids) found_of[{id.mesh, id.primitive}] = &found[i];
+    for (const PrimitiveId id : groups[i].ids) found_of[id] = &found[i];
   std::vector<Finding> findings;
   for (const auto& [id, of_primitive] : found_of)
     for (Finding finding : *of_primitive) {
-      finding.place.mesh = static_cast<int64_t>(id.first);
-      finding.place.primitive = static_cast<int64_t>(id.second);
+      finding.place.mesh = static_cast<int64_t>(id.mesh);
+      finding.place.primitive = static_cast<int64_t>(id.primitive);
       findings.push_back(std::move(finding));
     }
   std::ranges::move(check_coarse(document, backend, pool), std::back_inserter(findings));

@@ -14,7 +14,7 @@
 namespace psplit {
 namespace {
 
-using Counts = std::map<int64_t, size_t>;
+using Counts = DataUsers::Counts;
 
 // How often each accessor describes data that an extension of the same primitive stores compressed, or belongs
 // to coarse primitives.
@@ -35,21 +35,15 @@ Counts fallback_uses(const Document& document) {
 // The views that only a fallback reads: also the plain bytes that a file has of what meshoptimizer compressed.
 std::set<int64_t> fallback_views(const Document& document) {
   const AssetRecords& records = document.records();
-  Counts accessor_uses, view_uses, uses_of_views;
-  for_each_accessor_reference(document.json(),
-                              [&](const Json& index) { ++accessor_uses[integer_value(index).value_or(-1)]; });
-  for_each_buffer_view_reference(document.json(),
-                                 [&](const Json& index) { ++view_uses[integer_value(index).value_or(-1)]; });
-  const UnknownReferences unknown = find_unknown_references(document.json());
-  for (const int64_t named : unknown.accessors) ++accessor_uses[named];
-  for (const int64_t named : unknown.views) ++view_uses[named];
+  const DataUsers users(document.json());
+  Counts uses_of_views;
   for (const auto& [index, uses] : fallback_uses(document))
-    if (records.accessor(index).has_view() && accessor_uses[index] == uses)
+    if (records.accessor(index).has_view() && DataUsers::has(users.accessors, index, uses))
       ++uses_of_views[records.accessor(index).elements.view];
   std::set<int64_t> views;
   for (const auto& [index, uses] : uses_of_views) {
     const ViewRecord& view = records.view(index);
-    if (view_uses[index] == uses && !view.meshopt && view.range.bytes > 0) views.insert(index);
+    if (DataUsers::has(users.views, index, uses) && !view.meshopt && view.range.bytes > 0) views.insert(index);
   }
   for (size_t i = 0; i < records.views.size(); ++i) {
     const ViewRecord& view = records.views[i];

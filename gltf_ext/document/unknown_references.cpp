@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -175,6 +176,14 @@ UnknownReferences find_unknown_references(const Json& json) {
   Finder finder;
   finder.find_in_known(json, false);
   return std::move(finder).found();
+}
+
+DataUsers::DataUsers(const Json& json) {
+  for_each_accessor_reference(json, [&](const Json& index) { ++accessors[integer_value(index).value_or(-1)]; });
+  for_each_buffer_view_reference(json, [&](const Json& index) { ++views[integer_value(index).value_or(-1)]; });
+  const UnknownReferences unknown = find_unknown_references(json);
+  for (const int64_t named : unknown.accessors) ++accessors[named];
+  for (const int64_t named : unknown.views) ++views[named];
 }
 
 const char* unknown_extension_with_accessors(const Json& object) {

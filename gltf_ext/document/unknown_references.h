@@ -8,6 +8,7 @@
 // may be any index. Other integers are none: {"mesh": 0} and {"id": 3} name no data.
 #pragma once
 
+#include <map>
 #include <set>
 
 #include "gltf_ext/document/document.h"
@@ -23,6 +24,19 @@ struct UnknownReferences {
 };
 
 UnknownReferences find_unknown_references(const Json& json);
+
+// How many places of the JSON name each accessor and each buffer view, by index. Unknown data that may name one
+// counts as one place.
+struct DataUsers {
+  using Counts = std::map<int64_t, size_t>;
+  Counts accessors, views;
+
+  explicit DataUsers(const Json& json);
+  static bool has(const Counts& counts, int64_t index, size_t count) {
+    const auto found = counts.find(index);
+    return found != counts.end() && found->second == count;
+  }
+};
 
 // The name of an extension of a primitive or a mesh that is unknown and may name accessors; null if it has
 // none.

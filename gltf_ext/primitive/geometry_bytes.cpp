@@ -3,11 +3,6 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
-
-#include "gltf_ext/document/references.h"
-#include "gltf_ext/document/unknown_references.h"
-#include "gltf_ext/json/json_fields.h"
-
 namespace psplit {
 namespace {
 
@@ -62,10 +57,10 @@ void for_each_view(const AccessorRecord& accessor, Visit&& visit) {
 
 }  // namespace
 
-std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document) {
-  std::map<std::pair<size_t, size_t>, uint64_t> bytes;
+std::map<PrimitiveId, uint64_t> geometry_bytes(const Document& document) {
+  std::map<PrimitiveId, uint64_t> bytes;
   ByteCounter counter(document.records());
-  for (const PrimitiveId id : all_primitives(document)) bytes[{id.mesh, id.primitive}] = counter.primitive(id);
+  for (const PrimitiveId id : all_primitives(document)) bytes[id] = counter.primitive(id);
   return bytes;
 }
 
@@ -74,16 +69,6 @@ uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> p
   ByteCounter counter(document.records());
   for (const PrimitiveId id : primitives) bytes += counter.primitive(id);
   return bytes;
-}
-
-GeometryOwners::GeometryOwners(const Document& document) : document_(document) {
-  for_each_accessor_reference(document.json(),
-                              [&](const Json& index) { ++accessor_users_[integer_value(index).value_or(-1)]; });
-  for_each_buffer_view_reference(document.json(),
-                                 [&](const Json& index) { ++view_users_[integer_value(index).value_or(-1)]; });
-  const UnknownReferences unknown = find_unknown_references(document.json());
-  for (const int64_t named : unknown.accessors) ++accessor_users_[named];
-  for (const int64_t named : unknown.views) ++view_users_[named];
 }
 
 std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& groups) const {
@@ -113,27 +98,23 @@ std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& grou
 
 GeometryOwners::Freed GeometryOwners::freed_by(const Groups& groups) const {
   const AssetRecords& records = document_.records();
-  std::map<int64_t, size_t> accessor_uses, view_uses;
+  DataUsers::Counts accessor_uses, view_uses;
   for (const PrimitiveGroup* group : groups) {
     const PrimitiveRecord& primitive = records.primitive(group->ids.front());
     for_each_accessor(primitive, [&](int64_t index) { accessor_uses[index] += group->ids.size(); });
     for_each_stream(primitive, [&](int64_t view) { view_uses[view] += group->ids.size(); });
   }
-  const auto is_owned = [](const std::map<int64_t, size_t>& users, int64_t index, size_t uses) {
-    const auto found = users.find(index);
-    return found != users.end() && found->second == uses;
-  };
-  const std::map<int64_t, size_t> streams = view_uses;
+  const DataUsers::Counts streams = view_uses;
   Freed freed;
   std::vector<const AccessorRecord*> accessors;
   for (const auto& [index, uses] : accessor_uses) {
-    if (!is_owned(accessor_users_, index, uses)) continue;
+    if (!DataUsers::has(users_.accessors, index, uses)) continue;
     accessors.push_back(&records.accessor(index));
     freed.accessors.insert(index);
     for_each_view(*accessors.back(), [&](int64_t view) { ++view_uses[view]; });
   }
   for (const auto& [view, uses] : view_uses)
-    if (is_owned(view_users_, view, uses)) freed.views.insert(view);
+    if (DataUsers::has(users_.views, view, uses)) freed.views.insert(view);
   for (const AccessorRecord* accessor : accessors) {
     bool goes = true;
     for_each_view(*accessor, [&](int64_t view) { goes = goes && freed.views.contains(view); });

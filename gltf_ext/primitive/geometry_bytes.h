@@ -7,16 +7,17 @@
 #include <span>
 #include <utility>
 
+#include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 
 namespace psplit {
 
-// For each mesh and primitive, the bytes that the document stores for its attributes and indices: the stream or
+// For each primitive, the bytes that the document stores for its attributes and indices: the stream or
 // container of a compressed primitive, and the elements of accessors, without gaps between them. Of a view that
 // meshoptimizer compressed it is their share of its compressed bytes. Morph targets
 // do not count, because they are never compressed. Accessors that only describe the data of a stream do not
 // count either. Data that several primitives share count for the first of them.
-std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document);
+std::map<PrimitiveId, uint64_t> geometry_bytes(const Document& document);
 
 // The sum for these primitives. Data that several of them share count once.
 uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> primitives);
@@ -25,7 +26,7 @@ uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> p
 class GeometryOwners {
  public:
   // Counts the users of each accessor and buffer view. The document must outlive the object.
-  explicit GeometryOwners(const Document& document);
+  explicit GeometryOwners(const Document& document) : document_(document), users_(document.json()) {}
 
   using Groups = std::vector<const PrimitiveGroup*>;
   // Divides the groups into sets that share no accessor and no buffer view with data: indices into `groups`.
@@ -44,7 +45,7 @@ class GeometryOwners {
 
  private:
   const Document& document_;
-  std::map<int64_t, size_t> accessor_users_, view_users_;
+  const DataUsers users_;
 };
 
 }  // namespace psplit

@@ -100,11 +100,11 @@ void rename_draco_extension(Document& document, std::span<const PrimitiveId> ids
 std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
                                                            std::span<const PrimitiveGroup> groups,
                                                            std::span<const size_t> counts) {
-  std::map<std::pair<size_t, size_t>, size_t> group_of;
+  std::map<PrimitiveId, size_t> group_of;
   std::vector<std::vector<PrimitiveGroup>> repeated(groups.size());
   for (size_t i = 0; i < groups.size(); ++i) {
     repeated[i].resize(counts[i]);
-    for (const PrimitiveId id : groups[i].ids) group_of[{id.mesh, id.primitive}] = i;
+    for (const PrimitiveId id : groups[i].ids) group_of[id] = i;
   }
   if (groups.empty()) return repeated;
   Json& meshes = document.json()["meshes"];

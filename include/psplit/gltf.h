@@ -88,9 +88,6 @@ enum class StoredAs {
   kPatchPrimitives  // several primitives in KHR_draco_mesh_compression
 };
 
-// Why primitives are left as they are, by mesh and primitive.
-using SkippedPrimitives = std::map<std::pair<size_t, size_t>, std::string>;
-
 struct PrimitiveReport {
   PrimitiveId id;       // in the input: with Compat::kKhr a primitive becomes several
   std::string skipped;  // why it was left as it is ("points or lines", "already in patches"), or empty

@@ -60,7 +60,7 @@ Expected<std::vector<EncodeJob>> read_uncompressed(const Document& document,
   Expected<PlannedJobs> read = read_and_plan(document, coding, find_backend({}), session.pool);
   if (!read) return read.status();
   for (const auto& [id, reason] : read->skipped)
-    session.log.note(describe_place(id.first, id.second) + " is left out: " + reason);
+    session.log.note(describe_place(id.mesh, id.primitive) + " is left out: " + reason);
   if (read->jobs.empty()) return unsupported("has no triangles");
   return std::move(read->jobs);
 }
