@@ -179,30 +179,25 @@ Status run_compare(CompareArguments arguments, const Session& session) {
 }
 
 void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_counts, ComparisonOptions& options) {
-  command
-      .add_option(
-          "--patches", patch_counts,
-          "Patch counts to measure, over all primitives together. Default: one patch for each primitive, the "
-          "count of `encode`, and the counts for patches of 4800 and of 1200 faces")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-      ->type_name("A,B,C");
+  separated_by_commas(
+      command.add_option("--patches", patch_counts,
+                         "Patch counts to measure, over all primitives together. Default: one patch for each "
+                         "primitive, the count of `encode`, and the counts for patches of 4800 and of 1200 "
+                         "faces"),
+      "A,B,C")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}));
   command
       .add_option("--repeat", options.repeat, "Number of timed rounds. In each round, every decoder runs once")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str()
       ->type_name("N");
-  command
-      .add_option(
-          "--stock-speeds", options.stock_speeds,
-          "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all ratios refer "
-          "to it")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  separated_by_commas(
+      command.add_option("--stock-speeds", options.stock_speeds,
+                         "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all "
+                         "ratios refer to it"),
+      "A,B,C")
       ->check(CLI::Range(0, 10))
-      ->capture_default_str()
-      ->type_name("A,B,C");
+      ->capture_default_str();
 }
 
 }  // namespace

@@ -230,23 +230,19 @@ void add_diff_command(CLI::App& app, Action& action) {
                   "The second asset. Nodes are ignored without --scene, but for the origins of a PLY, OBJ, STL "
                   "or OFF, and translations beside one")
       ->required();
-  command
-      .add_option("--tolerance", arguments->tolerances,
-                  "How much values may differ, as a share of the attribute's extent; 0: they must be equal. "
-                  "Default: as much as the quantization grids that the files declare allow")
+  separated_by_commas(
+      command.add_option("--tolerance", arguments->tolerances,
+                         "How much values may differ, as a share of the attribute's extent; 0: they must be "
+                         "equal. Default: as much as the quantization grids that the files declare allow"),
+      "[NAME=]SHARE,...")
       ->check([](const std::string& text) {
         return std::string(parse_tolerance(text) ? ""
                                                  : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
-      })
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("[NAME=]SHARE,...");
-  command
-      .add_option("--attributes", arguments->attributes,
-                  "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("NAME,...");
+      });
+  separated_by_commas(
+      command.add_option("--attributes", arguments->attributes,
+                         "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0"),
+      "NAME,...");
   command.add_flag(
       "--scene", arguments->scene,
       "Compare the default scenes as wholes: all meshes at the places where nodes put them, however "

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <memory>
-#include <optional>
 
 #include "gltf_ext/document/linked_files.h"
 #include "src/stopwatch.h"
@@ -29,23 +28,23 @@ namespace {
 
 struct InspectArguments {
   std::vector<std::string> inputs;
-  std::string output = "-", format = "text", preview, preview_size = "1200x900";
+  std::string output = "-", format = "text", preview;
+  ImageSize preview_size;
   bool wide = false;
   BackendChoice backend;
 };
 
-// Reads "WxH", or one number for both. Nothing if the text is neither, or the size is out of range.
-std::optional<ImageSize> parse_image_size(const std::string& text) {
+// Reads "WxH", or one number for both. False if the text is neither, or the size is out of range.
+bool parse_image_size(const std::string& text, ImageSize& size) {
   constexpr int kLeast = 16, kMost = 4096;
   const char* const end = text.data() + text.size();
-  ImageSize size;
   auto read = std::from_chars(text.data(), end, size.width);
   size.height = size.width;
   if (read.ec == std::errc() && read.ptr != end && *read.ptr == 'x')
     read = std::from_chars(read.ptr + 1, end, size.height);
-  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  if (read.ec != std::errc() || read.ptr != end) return false;
   const auto [least, most] = std::minmax(size.width, size.height);
-  return least >= kLeast && most <= kMost ? std::optional(size) : std::nullopt;
+  return least >= kLeast && most <= kMost;
 }
 
 Status write_preview(const Document& document, const std::string& input, const InspectArguments& arguments,
@@ -53,8 +52,8 @@ Status write_preview(const Document& document, const std::string& input, const I
   const Stopwatch watch;
   const Expected<Image> image = [&] {
     ProgressBar bar("drawing", session.log);
-    return draw_preview(document, *parse_image_size(arguments.preview_size), find_backend(arguments.backend),
-                        session.pool, bar.callback());
+    return draw_preview(document, arguments.preview_size, find_backend(arguments.backend), session.pool,
+                        bar.callback());
   }();
   if (!image) return image.status().at({.file = input});
   const auto file = encode_png(*image);
@@ -161,17 +160,13 @@ void add_inspect_command(CLI::App& app, Action& action) {
             return std::string(path.ends_with(".png") ? "" : "the picture's name must end in .png");
           })
           ->type_name("OUT.png");
-  command
-      .add_option("--preview-size", arguments->preview_size,
-                  "Width and height of the picture in pixels, or one number for both (16 to 4096)")
-      ->check([](const std::string& text) {
-        return std::string(parse_image_size(text)
-                               ? ""
-                               : text + " is not a size such as 640x480 or 640, from 16 to 4096 pixels");
-      })
+  add_parsed_option(
+      command, "--preview-size", "WxH",
+      "Width and height of the picture in pixels, or one number for both (16 to 4096)",
+      "is not a size such as 640x480 or 640, from 16 to 4096 pixels",
+      [&size = arguments->preview_size](const std::string& text) { return parse_image_size(text, size); })
       ->needs(preview)
-      ->capture_default_str()
-      ->type_name("WxH");
+      ->default_str("1200x900");
   add_backend_options(command, arguments->backend);
   add_examples(
       command,

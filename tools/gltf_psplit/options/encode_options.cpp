@@ -119,19 +119,14 @@ bool set_fallback(std::string_view text, EncodeDocumentOptions& options) {
 
 void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  command
-      .add_option_function<std::string>(
-          "--fallback", [&options](const std::string& text) { set_fallback(text, options); },
-          "What loaders without the extension find: none, the default, is nothing; uncompressed is the "
-          "geometry beside the patches; coarse is a mesh of 0.5 % of the faces, which takes a few per cent of "
-          "the bytes, and coarse=SHARE% one of another share. It has at least " +
-              std::to_string(kLeastCoarseFaces) + " faces, or a tenth of a small mesh")
-      ->check([](const std::string& text) {
-        EncodeDocumentOptions unused;
-        return set_fallback(text, unused) ? std::string()
-                                          : text + " is neither none, uncompressed, coarse nor coarse=SHARE%";
-      })
-      ->type_name("WHAT");
+  add_parsed_option(
+      command, "--fallback", "WHAT",
+      "What loaders without the extension find: none, the default, is nothing; uncompressed is the "
+      "geometry beside the patches; coarse is a mesh of 0.5 % of the faces, which takes a few per cent of the "
+      "bytes, and coarse=SHARE% one of another share. It has at least " +
+          std::to_string(kLeastCoarseFaces) + " faces, or a tenth of a small mesh",
+      "is neither none, uncompressed, coarse nor coarse=SHARE%",
+      [&options](const std::string& text) { return set_fallback(text, options); });
   add_choice_option(
       command, "--compat", arguments.compat, {"none", "khr"},
       "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
@@ -187,11 +182,11 @@ std::string plain(std::string_view name) {
   return text;
 }
 
-// Metres, from a number with a unit. Nothing if the text is not a length greater than 0.
-std::optional<double> parse_length(std::string_view text) {
+// Metres, from a number with a unit. False if the text is not a length greater than 0.
+bool parse_length(std::string_view text, double& in_metres) {
   double length = 0;
   const auto read = read_float(text.data(), text.data() + text.size(), length);
-  if (read.ec != std::errc() || !(length > 0) || !std::isfinite(length)) return std::nullopt;
+  if (read.ec != std::errc() || !(length > 0) || !std::isfinite(length)) return false;
   const std::string_view unit = text.substr(static_cast<size_t>(read.ptr - text.data()));
   for (const auto& [name, metres] : {std::pair<std::string_view, double>{"", 1},
                                      {"m", 1},
@@ -199,8 +194,11 @@ std::optional<double> parse_length(std::string_view text) {
                                      {"mm", 1e3},
                                      {"um", 1e6},
                                      {"\u00b5m", 1e6}})
-    if (unit == name) return length / metres;
-  return std::nullopt;
+    if (unit == name) {
+      in_metres = length / metres;
+      return true;
+    }
+  return false;
 }
 
 // "X,Y,Z". False if the text is something else.
@@ -216,99 +214,78 @@ bool parse_point(std::string_view text, auto& point) {
   return text.empty();
 }
 
-// Nothing if the text is no order.
-std::optional<PatchOrder> parse_order(std::string_view text) {
+// False if the text is no order.
+bool parse_order(std::string_view text, PatchOrder& order) {
   constexpr std::string_view kNear = "near:";
-  if (text == "cut") return PatchOrder{};
-  if (text == "size") return PatchOrder{PatchOrder::By::kSize, {}};
-  if (!text.starts_with(kNear)) return std::nullopt;
-  PatchOrder order{PatchOrder::By::kNear, {}};
+  order = {text == "size" ? PatchOrder::By::kSize : PatchOrder::By::kCut, {}};
+  if (text == "cut" || text == "size") return true;
+  if (!text.starts_with(kNear)) return false;
+  order.by = PatchOrder::By::kNear;
   text.remove_prefix(kNear.size());
-  return parse_point(text, order.point) ? std::optional(order) : std::nullopt;
+  return parse_point(text, order.point);
 }
 
 void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
-  command
-      .add_option_function<std::string>(
-          "--order", [&options](const std::string& text) { options.order = *parse_order(text); },
-          "The order of a primitive's patches, which is that in which they arrive and are shown: cut, the "
-          "default, where each is near to the one before; size, with the largest area first; near:X,Y,Z, with "
-          "the nearest to a point first, in the mesh's own coordinates")
-      ->check([](const std::string& text) {
-        return parse_order(text) ? std::string() : text + " is neither cut, size nor near:X,Y,Z";
-      })
-      ->type_name("ORDER");
+  add_parsed_option(
+      command, "--order", "ORDER",
+      "The order of a primitive's patches, which is that in which they arrive and are shown: cut, the default, "
+      "where each is near to the one before; size, with the largest area first; near:X,Y,Z, with the nearest "
+      "to a point first, in the mesh's own coordinates",
+      "is neither cut, size nor near:X,Y,Z",
+      [&options](const std::string& text) { return parse_order(text, options.order); });
   command.add_flag("--boxes", options.boxes,
                    "Store the box of each patch, in 6 bytes, by which viewers know what to ask for first. Not "
                    "with --compat khr");
 }
 
-// "none", or three numbers. Nothing if the text is neither.
-std::optional<OriginChoice> parse_origin(std::string_view text) {
-  OriginChoice origin;
-  origin.by = OriginChoice::By::kNone;
-  if (text == "none") return origin;
-  origin.by = OriginChoice::By::kGiven;
-  PrecisePosition& point = origin.given.emplace_back();
-  if (!parse_point(text, point)) return std::nullopt;
-  return origin;
+// "none", or three numbers. False if the text is neither.
+bool parse_origin(std::string_view text, OriginChoice& origin) {
+  const bool is_none = text == "none";
+  origin.by = is_none ? OriginChoice::By::kNone : OriginChoice::By::kGiven;
+  origin.given.assign(is_none ? 0 : 1, {});
+  return is_none || parse_point(text, origin.given[0]);
 }
 
 void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
-  const auto is_bits = [](const std::string& text) {
-    int bits = 0;
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), bits);
-    const bool is_number = read.ec == std::errc() && read.ptr == text.data() + text.size();
-    return text == "auto" || (is_number && bits >= 1 && bits <= kMostGridBits)
-               ? std::string()
-               : text + " is neither auto nor a number from 1 to " + std::to_string(kMostGridBits);
-  };
+  const std::string usual = std::to_string(options.position_bits);
   const auto set_bits = [&options](const std::string& text) {
-    options.position_bits_by_edges = text == "auto";
-    if (text != "auto") options.position_bits = std::stoi(text);
-    options.given.position = text != "auto";
+    const bool is_auto = text == "auto";
+    options.position_bits_by_edges = is_auto;
+    options.given.position = !is_auto;
+    if (is_auto) return true;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), options.position_bits);
+    const bool is_number = read.ec == std::errc() && read.ptr == text.data() + text.size();
+    return is_number && options.position_bits >= 1 && options.position_bits <= kMostGridBits;
   };
-  CLI::Option* bits = command.add_option_function<std::string>(
-      "--quantize-position", set_bits,
+  CLI::Option* bits = add_parsed_option(
+      command, "--quantize-position", "BITS",
       "Bits for each component of positions. auto: the fewest, from " + std::to_string(kLeastBitsForEdges) +
           " on, whose step is at most 1/20 of the length that 95 % of the edges exceed. Dense meshes get more "
           "than " +
-          std::to_string(options.position_bits) + ", and grow; the summary says by how much");
-  bits->check(is_bits)->default_str(std::to_string(options.position_bits))->type_name("BITS");
-  command
-      .add_option_function<std::string>(
-          "--max-error",
-          [&options](const std::string& text) { options.max_position_error = *parse_length(text); },
-          "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, "
-          "20um, 1cm, 0.1m, or a number in the units of the input. A length with a unit takes those of the "
-          "input to be metres, as they are in glTF: for a PLY, STL or OBJ in millimetres, write 0.5 for 0.5 "
-          "mm. It counts in the mesh's own coordinates, before the transforms of nodes")
-      ->check([](const std::string& text) {
-        return parse_length(text) ? std::string() : text + " is not a length, such as 0.5mm, 20um or 0.001";
-      })
-      ->excludes(bits)
-      ->type_name("LENGTH");
+          usual + ", and grow; the summary says by how much",
+      "is neither auto nor a number from 1 to " + std::to_string(kMostGridBits), set_bits);
+  bits->default_str(usual);
+  add_parsed_option(
+      command, "--max-error", "LENGTH",
+      "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, 20um, "
+      "1cm, 0.1m, or a number in the units of the input. A length with a unit takes those of the input to be "
+      "metres, as they are in glTF: for a PLY, STL or OBJ in millimetres, write 0.5 for 0.5 mm. It counts in "
+      "the mesh's own coordinates, before the transforms of nodes",
+      "is not a length, such as 0.5mm, 20um or 0.001",
+      [&options](const std::string& text) { return parse_length(text, options.max_position_error); })
+      ->excludes(bits);
 }
 
 }  // namespace
 
 void add_origin_option(CLI::App& command, OriginChoice& origin) {
-  command
-      .add_option_function<std::string>(
-          "--origin",
-          [&origin](const std::string& text) {
-            const std::optional<OriginChoice> stated = parse_origin(text);
-            origin.by = stated->by;
-            origin.given = stated->given;
-          },
-          "What is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation of "
-          "their nodes: none, or X,Y,Z. By default whole numbers near the centre, where floats would lose "
-          "more than half a step of the grid of the file's doubles or decimals, as far from the origin of a "
-          "map projection; diff and decode count them in again")
-      ->check([](const std::string& text) {
-        return parse_origin(text) ? std::string() : text + " is neither none nor X,Y,Z";
-      })
-      ->type_name("none|X,Y,Z");
+  add_parsed_option(
+      command, "--origin", "none|X,Y,Z",
+      "What is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation of their "
+      "nodes: none, or X,Y,Z. By default whole numbers near the centre, where floats would lose more than half "
+      "a step of the grid of the file's doubles or decimals, as far from the origin of a map projection; diff "
+      "and decode count them in again",
+      "is neither none nor X,Y,Z", [&origin](const std::string& text) { return parse_origin(text, origin); });
 }
 
 void follow_bits(const EncodeDocumentOptions& options, OriginChoice& origin) {

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <map>
+#include <utility>
 
 namespace psplit {
 namespace {
@@ -20,6 +21,19 @@ CLI::Option* add_word_option(CLI::App& command, const std::string& name, std::st
 CLI::Option* add_choice_option(CLI::App& command, const std::string& name, std::string& word,
                                const std::vector<std::string>& words, const std::string& text) {
   return command.add_option(name, word, text)->check(CLI::IsMember(words))->capture_default_str();
+}
+
+CLI::Option* add_parsed_option(CLI::App& command, const std::string& name, const std::string& type,
+                               const std::string& text, const std::string& refusal,
+                               std::function<bool(const std::string&)> take) {
+  const auto parse = [name, refusal, take = std::move(take)](const std::string& word) {
+    if (!take(word)) throw CLI::ValidationError(name, word + " " + refusal);
+  };
+  return command.add_option_function<std::string>(name, parse, text)->type_name(type);
+}
+
+CLI::Option* separated_by_commas(CLI::Option* option, const std::string& type) {
+  return option->delimiter(',')->allow_extra_args(false)->type_name(type);
 }
 
 void add_input_option(CLI::App& command, std::string& path) {

@@ -1,6 +1,7 @@
 // Options that take a word, and those of the files of a command. Their variables must outlive the parse.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,13 @@ CLI::Option* add_word_option(CLI::App& command, const std::string& name, std::st
 // Takes one of `words`. If `word` is not empty, it is the default.
 CLI::Option* add_choice_option(CLI::App& command, const std::string& name, std::string& word,
                                const std::vector<std::string>& words, const std::string& text);
+// Takes a word that `take` understands and keeps. If `take` returns false, the word and `refusal` are the
+// error: "is no length".
+CLI::Option* add_parsed_option(CLI::App& command, const std::string& name, const std::string& type,
+                               const std::string& text, const std::string& refusal,
+                               std::function<bool(const std::string&)> take);
+// Makes an option take several values in one word, with commas between them, which the help calls `type`.
+CLI::Option* separated_by_commas(CLI::Option* option, const std::string& type);
 
 inline constexpr const char* kInputText =
     "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin";
