@@ -70,15 +70,10 @@ class MemoryStream : public ByteStream {
 class JoinedStream : public ByteStream {
  public:
   JoinedStream(std::vector<uint8_t> head, std::unique_ptr<ByteStream> rest)
-      : head_(std::move(head)), rest_(std::move(rest)) {}
+      : bytes_(std::move(head)), head_(bytes_), rest_(std::move(rest)) {}
 
   size_t read(std::span<uint8_t> to) override {
-    if (at_ < head_.size()) {
-      const size_t count = std::min(to.size(), head_.size() - at_);
-      std::memcpy(to.data(), head_.data() + at_, count);
-      at_ += count;
-      return count;
-    }
+    if (const size_t got = head_.read(to); got > 0) return got;
     const size_t got = rest_->read(to);
     failure_ = rest_->failure();
     return got;
@@ -86,8 +81,8 @@ class JoinedStream : public ByteStream {
   std::optional<uint64_t> size() const override { return rest_->size(); }
 
  private:
-  std::vector<uint8_t> head_;
-  size_t at_ = 0;
+  const std::vector<uint8_t> bytes_;
+  MemoryStream head_;
   std::unique_ptr<ByteStream> rest_;
 };
 

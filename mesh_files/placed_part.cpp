@@ -8,9 +8,9 @@
 
 namespace psplit {
 
-const ValuesView* PlacedPart::find(std::string_view semantic) const {
+const MeshView::Values* PlacedPart::find(std::string_view semantic) const {
   const auto found = std::ranges::find(view.attributes, semantic, &MeshView::Values::semantic);
-  return found == view.attributes.end() ? nullptr : &found->values;
+  return found == view.attributes.end() ? nullptr : &*found;
 }
 
 std::array<uint32_t, 3> PlacedPart::face(size_t number) const {
@@ -51,7 +51,7 @@ std::array<double, 4> PlacedPart::doubles_at(const MeshView::Values& attribute, 
 }
 
 PositionSpread position_spread(const PlacedPart& part) {
-  const auto positions = std::ranges::find(part.view.attributes, "POSITION", &MeshView::Values::semantic);
+  const MeshView::Values* const positions = part.find("POSITION");
   PositionSpread spread;
   for_each_block(part, [&](size_t first, size_t end) {
     for (size_t point = first; point < end; ++point) {
@@ -71,8 +71,8 @@ bool need_doubles(std::span<const PlacedPart> parts) {
 
 bool all_have(std::span<const PlacedPart> parts, std::string_view semantic, int component_count) {
   return std::ranges::all_of(parts, [&](const PlacedPart& part) {
-    const ValuesView* const values = part.find(semantic);
-    return values != nullptr && values->component_count == component_count;
+    const MeshView::Values* const found = part.find(semantic);
+    return found != nullptr && found->values.component_count == component_count;
   });
 }
 

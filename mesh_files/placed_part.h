@@ -24,7 +24,7 @@ struct PlacedPart {
 
   size_t face_count() const { return view.indices.count / 3; }
   // Null if there is no such attribute.
-  const ValuesView* find(std::string_view semantic) const;
+  const MeshView::Values* find(std::string_view semantic) const;
   std::array<uint32_t, 3> face(size_t number) const;
   // The value of a point at its place, as floats. At most 4 components.
   std::array<float, 4> floats_at(const MeshView::Values& attribute, size_t point) const;

@@ -199,22 +199,14 @@ class Values {
   bool next_of_text(PlyType type, double& value) {
     const std::string_view word = scanner_.next_word();
     if (word.empty()) return fail("the file ends inside its " + what_);
-    if (type == PlyType::kFloat32) {
-      const std::optional<float> number = parse_float(word);
-      if (!number) return fail(in_quotes(word) + " is not a number");
-      value = double{*number};
-      return true;
-    }
-    if (type != PlyType::kFloat64)
+    const bool is_whole = type != PlyType::kFloat32 && type != PlyType::kFloat64;
+    if (is_whole)
       if (const std::optional<int64_t> integer = parse_integer(word))
         return in_range(type, word, static_cast<double>(*integer), value);
-    const std::optional<double> number = parse_double(word);
+    const std::optional<double> number =
+        type == PlyType::kFloat32 ? std::optional<double>(parse_float(word)) : parse_double(word);
     if (!number) return fail(in_quotes(word) + " is not a number");
-    if (type == PlyType::kFloat64) {
-      value = *number;
-      return true;
-    }
-    if (!(std::floor(*number) == *number)) return fail(in_quotes(word) + " is not a whole number");
+    if (is_whole && !(std::floor(*number) == *number)) return fail(in_quotes(word) + " is not a whole number");
     return in_range(type, word, *number, value);
   }
 
@@ -640,17 +632,18 @@ class PlyReader {
 
   bool read_corner(PlyType type, uint32_t& corner) {
     double value = 0;
-    if (!values_.next(type, value)) return false;
-    if (!(value >= 0 && value < point_count_ && std::floor(value) == value)) {
-      const std::string name = parse_integer_text(value);
-      return values_.fail("a face names vertex " + name + ", but there are " + std::to_string(point_count_));
-    }
-    corner = static_cast<uint32_t>(value);
-    return true;
+    return values_.next(type, value) && take_corner("face", value, corner);
   }
 
-  static std::string parse_integer_text(double value) {
-    return std::fabs(value) < 1e15 ? std::to_string(static_cast<int64_t>(value)) : "out of range";
+  bool take_corner(const char* element, double value, uint32_t& corner) {
+    if (value >= 0 && value < point_count_ && std::floor(value) == value) {
+      corner = static_cast<uint32_t>(value);
+      return true;
+    }
+    const std::string name =
+        std::fabs(value) < 1e15 ? std::to_string(static_cast<int64_t>(value)) : "out of range";
+    return values_.fail(std::string("a ") + element + " names vertex " + name + ", but there are " +
+                        std::to_string(point_count_));
   }
 
   bool read_polygon(const PlyProperty& property) {
@@ -684,10 +677,8 @@ class PlyReader {
         count = 0;
         continue;
       }
-      if (!(value >= 0 && value < point_count_ && std::floor(value) == value))
-        return values_.fail("a strip names vertex " + parse_integer_text(value) + ", but there are " +
-                            std::to_string(point_count_));
-      last = {last[1], last[2], static_cast<uint32_t>(value)};
+      last = {last[1], last[2], 0};
+      if (!take_corner("strip", value, last[2])) return false;
       if (++count < 3) continue;
       const auto [a, b, c] = last;
       // Strips that turn repeat an index: such triangles draw nothing and are skipped.

@@ -26,12 +26,6 @@ uint64_t faces_of(std::span<const PlacedPart> parts) {
   return count;
 }
 
-const MeshView::Values* values_of(const PlacedPart& part, std::string_view semantic) {
-  for (const MeshView::Values& values : part.view.attributes)
-    if (values.semantic == semantic) return &values;
-  return nullptr;
-}
-
 Position position_of(const PlacedPart& part, const MeshView::Values& positions, size_t point) {
   const std::array<float, 4> floats = part.floats_at(positions, point);
   return {floats[0], floats[1], floats[2]};
@@ -63,8 +57,8 @@ const char* ply_name(ComponentType type) {
 bool all_store(std::span<const PlacedPart> parts, std::string_view semantic, ComponentType type,
                bool normalized) {
   return std::ranges::all_of(parts, [&](const PlacedPart& part) {
-    const ValuesView* const values = part.find(semantic);
-    return values != nullptr && values->component_type == type && values->normalized == normalized;
+    const MeshView::Values* const found = part.find(semantic);
+    return found != nullptr && found->values.component_type == type && found->values.normalized == normalized;
   });
 }
 
@@ -127,7 +121,7 @@ bool write_ply(FileBuffer& out, std::span<const PlacedPart> parts) {
   out.text(ply_header_text(points_of(parts), properties, faces_of(parts)));
   for (const PlacedPart& part : parts) {
     std::vector<const MeshView::Values*> values;
-    for (const PlyColumn& column : columns) values.push_back(values_of(part, column.semantic));
+    for (const PlyColumn& column : columns) values.push_back(part.find(column.semantic));
     for_each_block(part, [&](size_t first, size_t end) {
       for (size_t point = first; point < end; ++point)
         for (size_t i = 0; i < columns.size(); ++i) write_ply_point(out, part, columns[i], *values[i], point);
@@ -154,10 +148,10 @@ class ObjWriter {
 
   // `all_digits`: of positions, as doubles have them.
   void add(const PlacedPart& part, bool all_digits) {
-    const MeshView::Values* const positions = values_of(part, "POSITION");
-    const MeshView::Values* const colors = colors_ ? values_of(part, "COLOR_0") : nullptr;
-    const MeshView::Values* const normals = values_of(part, "NORMAL");
-    const MeshView::Values* const texcoords = values_of(part, "TEXCOORD_0");
+    const MeshView::Values* const positions = part.find("POSITION");
+    const MeshView::Values* const colors = colors_ ? part.find("COLOR_0") : nullptr;
+    const MeshView::Values* const normals = part.find("NORMAL");
+    const MeshView::Values* const texcoords = part.find("TEXCOORD_0");
     if (part.object != object_) out_.text("o " + part.object + "\n");
     object_ = part.object;
     for_each_block(part, [&](size_t first, size_t end) {
@@ -233,7 +227,7 @@ bool obj_has_colors(std::span<const PlacedPart> parts) {
 
 // Whether every colour has an alpha of 1, or none.
 bool is_opaque(const PlacedPart& part) {
-  const MeshView::Values& colors = *values_of(part, "COLOR_0");
+  const MeshView::Values& colors = *part.find("COLOR_0");
   bool opaque = true;
   if (colors.values.component_count == 4)
     for_each_block(part, [&](size_t first, size_t end) {
@@ -264,7 +258,7 @@ bool write_stl(FileBuffer& out, std::span<const PlacedPart> parts) {
   out.value(header);
   out.value(static_cast<uint32_t>(faces_of(parts)));
   for (const PlacedPart& part : parts) {
-    const MeshView::Values& positions = *values_of(part, "POSITION");
+    const MeshView::Values& positions = *part.find("POSITION");
     for (size_t i = 0; i < part.face_count(); ++i) {
       Facet facet{};
       const std::array<uint32_t, 3> face = part.face(i);
@@ -284,7 +278,7 @@ bool write_stl(FileBuffer& out, std::span<const PlacedPart> parts) {
 Status check_positions(std::span<const PlacedPart> parts) {
   for (const PlacedPart& part : parts) {
     if (!all_have({&part, 1}, "POSITION", 3)) return unsupported("a POSITION that is not of 3 components");
-    const MeshView::Values& positions = *values_of(part, "POSITION");
+    const MeshView::Values& positions = *part.find("POSITION");
     bool finite = true;
     for_each_block(part, [&](size_t first, size_t end) {
       for (size_t point = first; finite && point < end; ++point)
