@@ -23,24 +23,24 @@ const char* name_of(StoredAs storage) {
   return "";
 }
 
-// The numbers of a row with their names in JSON.
-template <typename Row, typename Visit>
-void visit_input_numbers(Row& row, const Visit& visit) {
-  visit("faces", row.input_faces);
-  visit("points", row.input_points);
-  visit("bytes", row.input_bytes);
+// The numbers of one or more rows with their names in JSON.
+template <typename Visit, typename... Rows>
+void visit_input_numbers(const Visit& visit, Rows&... rows) {
+  visit("faces", rows.input_faces...);
+  visit("points", rows.input_points...);
+  visit("bytes", rows.input_bytes...);
 }
 
-template <typename Statistics, typename Visit>
-void visit_statistics(Statistics& statistics, const Visit& visit) {
-  visit("merged_points", statistics.merged_points);
-  visit("dropped_faces", statistics.dropped_faces);
-  visit("dropped_points", statistics.dropped_points);
-  visit("residue_faces", statistics.residue_faces);
-  visit("residue_points", statistics.residue_points);
-  visit("partition_ms", statistics.partition_ms);
-  visit("encode_ms", statistics.encode_ms);
-  visit("verify_ms", statistics.verify_ms);
+template <typename Visit, typename... Rows>
+void visit_statistics(const Visit& visit, Rows&... rows) {
+  visit("merged_points", rows.statistics.merged_points...);
+  visit("dropped_faces", rows.statistics.dropped_faces...);
+  visit("dropped_points", rows.statistics.dropped_points...);
+  visit("residue_faces", rows.statistics.residue_faces...);
+  visit("residue_points", rows.statistics.residue_points...);
+  visit("partition_ms", rows.statistics.partition_ms...);
+  visit("encode_ms", rows.statistics.encode_ms...);
+  visit("verify_ms", rows.statistics.verify_ms...);
 }
 
 // How exact positions are; empty if they are exact, and for the sum of rows.
@@ -73,10 +73,20 @@ std::string chosen_bits_text(const EncodeResult& result) {
 
 }  // namespace
 
+EncodeRow& EncodeRow::operator+=(const EncodeRow& other) {
+  const auto add = [](const char*, auto& sum, const auto& number) { sum += number; };
+  visit_input_numbers(add, *this, other);
+  visit_statistics(add, *this, other);
+  summary += other.summary;
+  if (const std::optional<double>& error = other.statistics.position_error)
+    statistics.position_error = std::max(statistics.position_error.value_or(0), *error);
+  return *this;
+}
+
 void append_row(Json& object, const EncodeRow& row) {
-  visit_input_numbers(row, [&](const char* name, uint64_t number) { object["input"][name] = number; });
+  visit_input_numbers([&](const char* name, uint64_t number) { object["input"][name] = number; }, row);
   append_summary(object, row.summary);
-  visit_statistics(row.statistics, [&](const char* name, auto number) { object[name] = number; });
+  visit_statistics([&](const char* name, auto number) { object[name] = number; }, row);
   if (const std::optional<double>& error = row.statistics.position_error) object["position_error"] = *error;
   if (const AttributeCoding& coding = row.position_coding; coding.bits > 0)
     object["position_grid"] = {
@@ -90,11 +100,10 @@ EncodeRow row_of(const Json& object) {
   };
   EncodeRow row;
   const Json* const input = object_field(object, "input");
-  visit_input_numbers(row, [&](const char* name, uint64_t& number) { read(input, name, number); });
-  visit_numbers(row.summary, [&](const char* group, const char* name, uint64_t& number) {
-    read(group == nullptr ? &object : object_field(object, group), name, number);
-  });
-  visit_statistics(row.statistics, [&](const char* name, auto& number) { read(&object, name, number); });
+  visit_input_numbers([&](const char* name, uint64_t& number) { read(input, name, number); }, row);
+  for (const auto& [group, name, number] : kSummaryNumbers)
+    read(group == nullptr ? &object : object_field(object, group), name, row.summary.*number);
+  visit_statistics([&](const char* name, auto& number) { read(&object, name, number); }, row);
   row.statistics.position_error = number_field(object, "position_error");
   return row;
 }

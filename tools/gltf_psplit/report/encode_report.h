@@ -22,24 +22,7 @@ struct EncodeRow {
   PatchSummary summary;
   EncodeStatistics statistics;
 
-  EncodeRow& operator+=(const EncodeRow& other) {
-    input_faces += other.input_faces;
-    input_points += other.input_points;
-    input_bytes += other.input_bytes;
-    summary += other.summary;
-    statistics.merged_points += other.statistics.merged_points;
-    statistics.dropped_faces += other.statistics.dropped_faces;
-    statistics.dropped_points += other.statistics.dropped_points;
-    statistics.residue_faces += other.statistics.residue_faces;
-    statistics.residue_points += other.statistics.residue_points;
-    if (other.statistics.position_error)
-      statistics.position_error =
-          std::max(statistics.position_error.value_or(0), *other.statistics.position_error);
-    statistics.partition_ms += other.statistics.partition_ms;
-    statistics.encode_ms += other.statistics.encode_ms;
-    statistics.verify_ms += other.statistics.verify_ms;
-    return *this;
-  }
+  EncodeRow& operator+=(const EncodeRow& other);
 };
 
 void append_row(Json& object, const EncodeRow& row);

@@ -7,18 +7,9 @@
 namespace psplit {
 
 PatchSummary& PatchSummary::operator+=(const PatchSummary& other) {
-  patches += other.patches;
-  faces += other.faces;
-  points += other.points;
-  references += other.references;
-  largest_patch_faces = std::max(largest_patch_faces, other.largest_patch_faces);
-  patch_faces += other.patch_faces;
-  condensed_patches += other.condensed_patches;
-  payload_bytes += other.payload_bytes;
-  directory_bytes += other.directory_bytes;
-  head_bytes += other.head_bytes;
-  stitch_bytes += other.stitch_bytes;
-  total_bytes += other.total_bytes;
+  const uint64_t largest = std::max(largest_patch_faces, other.largest_patch_faces);
+  for (const auto& [group, name, number] : kSummaryNumbers) this->*number += other.*number;
+  largest_patch_faces = largest;
   return *this;
 }
 
@@ -54,9 +45,8 @@ PatchSummary summarize_stream(const StreamDescription& description, size_t strea
 }
 
 void append_summary(Json& object, const PatchSummary& summary) {
-  visit_numbers(summary, [&](const char* group, const char* name, uint64_t number) {
-    (group == nullptr ? object : object[group])[name] = number;
-  });
+  for (const auto& [group, name, number] : kSummaryNumbers)
+    (group == nullptr ? object : object[group])[name] = summary.*number;
   object["replication"] = summary.replication();
   object["balance"] = summary.balance();
   object["bits_per_point"] = summary.bits_per_point();

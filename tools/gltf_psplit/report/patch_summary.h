@@ -38,23 +38,25 @@ PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_re
 // Summarizes a stock Draco stream of `stream_bytes` bytes as one patch.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
-// Calls visit(group, name, number) for each number of a PatchSummary: in JSON it is the member `name` of the
-// object `group`, or of the row itself if `group` is null.
-template <typename Summary, typename Visit>
-void visit_numbers(Summary& summary, const Visit& visit) {
-  visit(nullptr, "patches", summary.patches);
-  visit(nullptr, "condensed_patches", summary.condensed_patches);
-  visit(nullptr, "faces", summary.faces);
-  visit(nullptr, "points", summary.points);
-  visit(nullptr, "references", summary.references);
-  visit(nullptr, "largest_patch_faces", summary.largest_patch_faces);
-  visit(nullptr, "patch_faces", summary.patch_faces);
-  visit("bytes", "payload", summary.payload_bytes);
-  visit("bytes", "directory", summary.directory_bytes);
-  visit("bytes", "head", summary.head_bytes);
-  visit("bytes", "stitch", summary.stitch_bytes);
-  visit("bytes", "total", summary.total_bytes);
-}
+// A number of a PatchSummary: in JSON it is the member `name` of the object `group`, or of the row itself if
+// `group` is null.
+struct SummaryNumber {
+  const char *group, *name;
+  uint64_t PatchSummary::*number;
+};
+inline constexpr SummaryNumber kSummaryNumbers[] = {
+    {nullptr, "patches", &PatchSummary::patches},
+    {nullptr, "condensed_patches", &PatchSummary::condensed_patches},
+    {nullptr, "faces", &PatchSummary::faces},
+    {nullptr, "points", &PatchSummary::points},
+    {nullptr, "references", &PatchSummary::references},
+    {nullptr, "largest_patch_faces", &PatchSummary::largest_patch_faces},
+    {nullptr, "patch_faces", &PatchSummary::patch_faces},
+    {"bytes", "payload", &PatchSummary::payload_bytes},
+    {"bytes", "directory", &PatchSummary::directory_bytes},
+    {"bytes", "head", &PatchSummary::head_bytes},
+    {"bytes", "stitch", &PatchSummary::stitch_bytes},
+    {"bytes", "total", &PatchSummary::total_bytes}};
 
 // Appends these numbers, "replication", "balance" and "bits_per_point" to an object.
 void append_summary(Json& object, const PatchSummary& summary);
