@@ -54,10 +54,11 @@ AssetPrimitive mend_weights(const AssetPrimitive& primitive) {
   return mended;
 }
 
-std::vector<double> values_at(const ElementPart& part, size_t column, uint32_t point) {
+std::vector<double> values_at(const ElementBag& bag, const ElementBag::Located& element, size_t column,
+                              int corner) {
   std::vector<double> values;
-  for (size_t c = 0; c < part.columns[column].component_count; ++c)
-    values.push_back(part.number(column, point, c));
+  for (size_t c = 0; c < bag.parts()[element.part].columns[column].component_count; ++c)
+    values.push_back(bag.number(element, column, corner, c));
   return values;
 }
 
@@ -265,7 +266,7 @@ class GroupComparer {
     difference.what = "has no counterpart";
     difference.attribute = names_[0].first;
     difference.corner = 0;
-    difference.value = values_at(pair.a().parts()[located.part], 0, located.points[0]);
+    difference.value = values_at(pair.a(), located, 0, 0);
     if (!near.element) return difference;
     const ElementBag::Located other = pair.b().locate(*near.element);
     difference.partner = other.element;
@@ -279,13 +280,10 @@ class GroupComparer {
         if (pair.difference(column, located, other, corner, near.turn) <=
             pair.limit(column, located.part, other.part))
           continue;
-        const int other_corner = (corner + near.turn) % pair.a().corner_count();
         difference.corner = corner;
         difference.attribute = names_[column].first;
-        difference.value =
-            values_at(pair.a().parts()[located.part], column, located.points[static_cast<size_t>(corner)]);
-        difference.other =
-            values_at(pair.b().parts()[other.part], column, other.points[static_cast<size_t>(other_corner)]);
+        difference.value = values_at(pair.a(), located, column, corner);
+        difference.other = values_at(pair.b(), other, column, (corner + near.turn) % pair.a().corner_count());
         return difference;
       }
     return difference;
@@ -308,13 +306,12 @@ class GroupComparer {
 
   AssetDifference describe(const ElementMatch& match) const {
     const Tear& tear = *match.tear;
-    AssetDifference difference = at(0, bags_[0].locate(tear.elements[0]));
+    const ElementBag::Located located = bags_[0].locate(tear.elements[0]);
+    AssetDifference difference = at(0, located);
     difference.partner = bags_[0].locate(tear.elements[1]).element;
     difference.corner = tear.corners[0];
     difference.attribute = names_[0].first;
-    const ElementBag::Located located = bags_[0].locate(tear.elements[0]);
-    difference.value =
-        values_at(bags_[0].parts()[located.part], 0, located.points[static_cast<size_t>(tear.corners[0])]);
+    difference.value = values_at(bags_[0], located, 0, tear.corners[0]);
     difference.what = tear.in_b ? "is separated from its neighbour in the second file"
                                 : "is separated from its neighbour in the first file";
     return difference;

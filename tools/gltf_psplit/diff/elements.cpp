@@ -105,18 +105,18 @@ double ElementPair::limit(size_t column, size_t part_a, size_t part_b) const {
 }
 
 double ElementPair::largest_limit(size_t column) const {
-  double of_a = 0, of_b = 0;
+  double sum = 0;
   bool one_grid = true;
   const int32_t grid = a_->parts().empty() ? -1 : a_->parts()[0].limits[column].grid;
-  for (const ElementPart& part : a_->parts()) {
-    of_a = std::max(of_a, part.limits[column].within);
-    one_grid &= part.limits[column].grid == grid;
+  for (const ElementBag* const bag : {a_, b_}) {
+    double largest = 0;
+    for (const ElementPart& part : bag->parts()) {
+      largest = std::max(largest, part.limits[column].within);
+      one_grid &= part.limits[column].grid == grid;
+    }
+    sum += largest;
   }
-  for (const ElementPart& part : b_->parts()) {
-    of_b = std::max(of_b, part.limits[column].within);
-    one_grid &= part.limits[column].grid == grid;
-  }
-  return one_grid && grid >= 0 ? 0 : of_a + of_b;
+  return one_grid && grid >= 0 ? 0 : sum;
 }
 
 double ElementPair::difference(size_t column, const ElementBag::Located& a, const ElementBag::Located& b,

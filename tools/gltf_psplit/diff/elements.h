@@ -44,6 +44,10 @@ class ElementBag {
     std::array<uint32_t, 3> points{};
   };
   Located locate(uint32_t element) const;
+  // ElementPart::number at a corner of an element.
+  double number(const Located& element, size_t column, int corner, size_t component) const {
+    return parts_[element.part].number(column, element.points[static_cast<size_t>(corner)], component);
+  }
   uint32_t size() const { return static_cast<uint32_t>(is_chosen_ ? chosen_.size() : first_.back()); }
   int corner_count() const { return corner_count_; }
   const std::vector<ElementPart>& parts() const { return parts_; }

@@ -43,21 +43,20 @@ class Cells {
   // The cells of elements that may fit this one; if `own` is true, only its own cell.
   void find(const ElementBag& bag, uint32_t element, bool own, std::vector<uint64_t>& keys) const {
     const ElementBag::Located located = bag.locate(element);
-    const ElementPart& part = bag.parts()[located.part];
+    const std::vector<ValuesView>& columns = bag.parts()[located.part].columns;
     uint64_t sum = 0;  // the same for every turn
     for (int corner = 0; corner < corner_count_; ++corner) {
       uint64_t hash = 0;
       for (const size_t column : exact_)
-        for (size_t c = 0; c < part.columns[column].component_count; ++c)
-          hash = mix(hash, bits_of(part.number(column, located.points[static_cast<size_t>(corner)], c)));
+        for (size_t c = 0; c < columns[column].component_count; ++c)
+          hash = mix(hash, bits_of(bag.number(located, column, corner, c)));
       sum += mix(hash, 1);
     }
     keys.assign(1, sum);
     for (const Dimension& dimension : dimensions_) {
       double value = 0;
       for (int corner = 0; corner < corner_count_; ++corner)
-        value +=
-            part.number(dimension.column, located.points[static_cast<size_t>(corner)], dimension.component);
+        value += bag.number(located, dimension.column, corner, dimension.component);
       const double around = own ? 0 : dimension.limit + 1e-14 * std::fabs(value);
       const int64_t low = cell(value - around, dimension), high = cell(value + around, dimension);
       const size_t count = keys.size();
@@ -128,16 +127,17 @@ class Matcher {
   const std::vector<uint32_t>& partner_of_a() const { return partner_of_a_; }
   const std::vector<uint32_t>& partner_of_b() const { return partner_of_b_; }
 
-  // The best turn of `a` onto `b`, or nothing.
-  std::optional<int> best_turn(uint32_t a, uint32_t b) {
-    std::optional<int> best;
-    double least = 0;
-    const ElementBag::Located in_a = pair_.a().locate(a), in_b = pair_.b().locate(b);
+  // The turn in which an element of `a` fits one of `b` best, with ElementPair::fit. Nothing if none fits.
+  struct Fit {
+    double score;
+    int turn;
+  };
+  std::optional<Fit> best_fit(const ElementBag::Located& a, uint32_t b) const {
+    std::optional<Fit> best;
+    const ElementBag::Located in_b = pair_.b().locate(b);
     for (int turn = 0; turn < pair_.a().corner_count(); ++turn) {
-      const std::optional<double> score = pair_.fit(in_a, in_b, turn);
-      if (!score || (best && *score >= least)) continue;
-      best = turn;
-      least = *score;
+      const std::optional<double> score = pair_.fit(a, in_b, turn);
+      if (score && (!best || *score < best->score)) best = Fit{*score, turn};
     }
     return best;
   }
@@ -204,16 +204,6 @@ class Matcher {
     return tests_left_ > 0;
   }
 
-  std::optional<double> fit(const ElementBag::Located& a, uint32_t b) {
-    std::optional<double> best;
-    const ElementBag::Located in_b = pair_.b().locate(b);
-    for (int turn = 0; turn < pair_.a().corner_count(); ++turn) {
-      const std::optional<double> score = pair_.fit(a, in_b, turn);
-      if (score && (!best || *score < *best)) best = score;
-    }
-    return best;
-  }
-
   void take(Bucket& bucket, uint32_t place) {
     --bucket.free_end;
     std::swap(order_[place], order_[bucket.free_end]);
@@ -231,15 +221,16 @@ class Matcher {
       if (bucket == nullptr) continue;
       for (uint32_t i = bucket->begin; i < bucket->free_end && fits < kEnoughFits; ++i) {
         if (!count_test()) return false;
-        std::optional<double> score = fit(in_a, order_[i]);
-        if (!score) continue;
+        const std::optional<Fit> fit = best_fit(in_a, order_[i]);
+        if (!fit) continue;
         ++fits;
+        double score = fit->score;
         // A last resort: it should stay free for elements of its own kind.
-        if (pair_.b().is_degenerate(order_[i]) != degenerate) *score += 1e3;
-        if (best_bucket != nullptr && *score >= least) continue;
+        if (pair_.b().is_degenerate(order_[i]) != degenerate) score += 1e3;
+        if (best_bucket != nullptr && score >= least) continue;
         best_bucket = bucket;
         best_place = i;
-        least = *score;
+        least = score;
       }
     }
     if (best_bucket == nullptr) return false;
@@ -266,7 +257,7 @@ class Matcher {
           uint32_t b = order_[i];
           if (seen_[b] != 0) continue;
           if (!count_test()) return;
-          if (!fit(in_a, b)) continue;
+          if (!best_fit(in_a, b)) continue;
           seen_[b] = 1;
           seen.push_back(b);
           wanted_by[b] = a;
@@ -319,12 +310,13 @@ class TearFinder {
     std::unordered_map<Position, First, Hash> firsts;
     for (uint32_t a = 0; a < pair_.a().size(); ++a) {
       const uint32_t b = matcher_.partner_of_a()[a];
-      const auto turn = b == kNoElement ? std::nullopt : matcher_.best_turn(a, b);
-      if (!turn) continue;
+      if (b == kNoElement) continue;
       const ElementBag::Located in_a = pair_.a().locate(a), in_b_located = pair_.b().locate(b);
+      const std::optional<Matcher::Fit> fit = matcher_.best_fit(in_a, b);
+      if (!fit) continue;
       for (int corner = 0; corner < pair_.a().corner_count(); ++corner) {
         Position whole = position_of(pair_.a(), in_a, corner);
-        Position torn = position_of(pair_.b(), in_b_located, (corner + *turn) % pair_.b().corner_count());
+        Position torn = position_of(pair_.b(), in_b_located, (corner + fit->turn) % pair_.b().corner_count());
         auto grid = grid_of(pair_.b(), in_b_located.part);
         if (!in_b) {
           std::swap(whole, torn);
@@ -350,10 +342,10 @@ class TearFinder {
   };
 
   static Position position_of(const ElementBag& bag, const ElementBag::Located& element, int corner) {
-    const ElementPart& part = bag.parts()[element.part];
+    const size_t components = bag.parts()[element.part].columns[0].component_count;
     Position position{};
-    for (size_t c = 0; c < std::min<size_t>(3, part.columns[0].component_count); ++c)
-      position[c] = bits_of(part.number(0, element.points[static_cast<size_t>(corner)], c));
+    for (size_t c = 0; c < std::min<size_t>(3, components); ++c)
+      position[c] = bits_of(bag.number(element, 0, corner, c));
     return position;
   }
 
@@ -423,10 +415,9 @@ class Windows {
   // The sum along an axis. No turn changes it but for rounding; `reach` covers that.
   double sum(size_t side, uint32_t element, size_t axis) const {
     const ElementBag::Located located = bag(side).locate(element);
-    const ElementPart& part = bag(side).parts()[located.part];
     double sum = 0;
     for (int corner = 0; corner < bag(side).corner_count(); ++corner)
-      sum += part.number(0, located.points[static_cast<size_t>(corner)], axis);
+      sum += bag(side).number(located, 0, corner, axis);
     return std::isnan(sum) ? low_ : std::clamp(sum, low_, high_);
   }
   double key(size_t side, uint32_t element) const {
@@ -448,10 +439,9 @@ class Windows {
           low = std::min(low, at);
           high = std::max(high, at);
           const ElementBag::Located located = bag(side).locate(i);
-          const ElementPart& part = bag(side).parts()[located.part];
           double least = kLargest, most = -kLargest;
           for (int corner = 0; corner < bag(side).corner_count(); ++corner) {
-            const double value = part.number(0, located.points[static_cast<size_t>(corner)], axis);
+            const double value = bag(side).number(located, 0, corner, axis);
             least = std::min(least, value);
             most = std::max(most, value);
           }
@@ -532,8 +522,8 @@ Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears,
         paired[1].push_back(in_b);
         continue;
       }
-      const int turn = *matcher.best_turn(i, partner);
       const ElementBag::Located of_a = a.locate(i), of_b = b.locate(partner);
+      const int turn = matcher.best_fit(of_a, partner)->turn;
       for (size_t column = 0; column < match.largest.size(); ++column)
         for (int corner = 0; corner < a.corner_count(); ++corner)
           match.largest[column] =
