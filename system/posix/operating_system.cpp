@@ -15,12 +15,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <thread>
 #include <utility>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -31,28 +29,12 @@
 #include "system/io_error.h"
 #include "system/mapped_ranges.h"
 #include "system/removed_at_stop.h"
+#include "system/shared_file.h"
 
 namespace psplit {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-// A process that was killed keeps its locks until the system has freed its memory.
-constexpr auto kLockPatience = std::chrono::seconds(2);
-constexpr auto kLockRefresh = std::chrono::milliseconds(20);
-constexpr auto kSyncInterval = std::chrono::seconds(1);
-
 Status failure(const std::filesystem::path& path) { return io_error("cannot use " + path.string(), errno); }
-
-// False if another process holds the lock for as long as kLockPatience.
-Expected<bool> lock(int descriptor, int kind, const std::filesystem::path& path) {
-  const auto deadline = Clock::now() + kLockPatience;
-  while (::flock(descriptor, kind | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) return io_error("cannot lock " + path.string(), errno);
-    if (Clock::now() > deadline) return false;
-    std::this_thread::sleep_for(kLockRefresh);
-  }
-  return true;
-}
 
 // Some file systems cannot sync; they return EINVAL. On macOS, fsync leaves the data in the memory of the
 // drive.
@@ -65,12 +47,6 @@ bool sync_descriptor(int descriptor) {
 
 // macOS refuses to read or write more than 2 GiB at once.
 constexpr size_t kMostAtOnce = size_t{1} << 30;
-
-std::string read_text(int descriptor) {
-  char text[64];
-  const ssize_t size = ::pread(descriptor, text, sizeof(text), 0);
-  return size > 0 ? std::string(text, static_cast<size_t>(size)) : std::string();
-}
 
 struct sigaction handler_before;  // of SIGBUS
 
@@ -130,11 +106,6 @@ int take_space(int descriptor, off_t bytes) {
 
 bool enter(std::span<const uint8_t> bytes, const std::filesystem::path& path) {
   return enter_mapped(bytes, path, nullptr, install_handler);
-}
-
-// The limit on a file's size is that of the process, so another run may have a larger one.
-Status space_error(const std::string& what, int error) {
-  return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
 }
 
 #if defined(__GLIBC__) && defined(__linux__)
@@ -324,105 +295,36 @@ StopEndsProcess::~StopEndsProcess() {
 
 void let_writes_past_size_limit_fail() { std::signal(SIGXFSZ, SIG_IGN); }
 
-LockedLog::~LockedLog() {
-  if (descriptor_ < 0) return;
-  sync_descriptor(descriptor_);
-  ::close(descriptor_);
+int shared_file::open(const std::filesystem::path& path, Access access) {
+  const int flags = access == Access::kRead    ? O_RDONLY
+                    : access == Access::kWrite ? O_RDWR | O_CREAT
+                                               : O_RDWR | O_CREAT | O_APPEND;
+  return ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+}
+void shared_file::close(int descriptor) { ::close(descriptor); }
+
+bool shared_file::try_lock(int descriptor, Lock lock) {
+  return ::flock(descriptor, (lock == Lock::kAlone ? LOCK_EX : LOCK_SH) | LOCK_NB) == 0;
+}
+void shared_file::unlock(int descriptor) { ::flock(descriptor, LOCK_UN); }
+
+int64_t shared_file::read_at(int descriptor, uint64_t offset, std::span<uint8_t> to) {
+  return ::pread(descriptor, to.data(), std::min(to.size(), kMostAtOnce), static_cast<off_t>(offset));
+}
+int64_t shared_file::write_at(int descriptor, uint64_t offset, std::span<const uint8_t> bytes) {
+  return ::pwrite(descriptor, bytes.data(), std::min(bytes.size(), kMostAtOnce), static_cast<off_t>(offset));
+}
+int64_t shared_file::append(int descriptor, std::string_view text) {
+  return ::write(descriptor, text.data(), text.size());
 }
 
-Status LockedLog::join(const std::filesystem::path& path) {
-  path_ = path;
-  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  return descriptor_ < 0 ? failure(path) : Status();
+uint64_t shared_file::size_of(int descriptor) {
+  return static_cast<uint64_t>(std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0));
 }
-
-Expected<bool> LockedLog::open(const std::filesystem::path& path) {
-  if (Status status = join(path); !status.ok()) return status;
-  const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
-  if (!locked || !*locked) return locked;
-  resume();
-  return true;
+bool shared_file::set_size(int descriptor, uint64_t bytes) {
+  return ::ftruncate(descriptor, static_cast<off_t>(bytes)) == 0;
 }
-
-void LockedLog::resume() {
-  if (descriptor_ < 0) return;
-  char last = '\n';
-  const off_t end = ::lseek(descriptor_, 0, SEEK_END);
-  is_cut_short_ = end > 0 && ::pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n';
-}
-
-Status LockedLog::append(std::string_view lines) {
-  std::string text = is_cut_short_ ? "\n" : "";
-  text += lines;
-  const ssize_t written = ::write(descriptor_, text.data(), text.size());
-  if (written == static_cast<ssize_t>(text.size())) {
-    is_cut_short_ = false;
-    return Clock::now() - synced_ < kSyncInterval ? Status() : sync();
-  }
-  if (written < 0) return failure(path_);
-  // A write in part has no error of its own: the disk is full.
-  is_cut_short_ = true;
-  errno = ENOSPC;
-  return failure(path_);
-}
-
-Status LockedLog::sync() {
-  synced_ = Clock::now();
-  return sync_descriptor(descriptor_) ? Status() : failure(path_);
-}
-
-bool is_owned(const std::filesystem::path& path) {
-  // A shared lock, for a moment: one who wants to own the file then waits.
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool is_free = ::flock(descriptor, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-  ::close(descriptor);
-  return !is_free;
-}
-
-GroupLock::~GroupLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-Status GroupLock::open(const std::filesystem::path& path) {
-  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  return descriptor_ < 0 ? failure(path) : Status();
-}
-
-Expected<bool> GroupLock::join(const std::filesystem::path& path, const std::string& group) {
-  if (Status status = open(path); !status.ok()) return status;
-  for (const auto deadline = Clock::now() + kLockPatience;; std::this_thread::sleep_for(kLockRefresh)) {
-    // The first process of a group is alone for the moment in which it writes the name.
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
-      const auto size = static_cast<ssize_t>(group.size());
-      // The file is never empty in between, also if the disk is full.
-      if (read_text(descriptor_) != group &&
-          (::pwrite(descriptor_, group.data(), group.size(), 0) != size || ::ftruncate(descriptor_, size) != 0))
-        return failure(path);
-    } else if (errno != EWOULDBLOCK) {
-      return io_error("cannot lock " + path.string(), errno);
-    }
-    if (::flock(descriptor_, LOCK_SH | LOCK_NB) == 0) {
-      if (read_text(descriptor_) == group) return true;
-      ::flock(descriptor_, LOCK_UN);
-    } else if (errno != EWOULDBLOCK) {
-      return io_error("cannot lock " + path.string(), errno);
-    }
-    if (Clock::now() > deadline) return false;
-  }
-}
-
-Expected<std::optional<std::string>> GroupLock::take(const std::filesystem::path& path) {
-  if (Status status = open(path); !status.ok()) return status;
-  const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
-  if (!locked) return locked.status();
-  return *locked ? std::optional(read_text(descriptor_)) : std::nullopt;
-}
-
-void UnnamedFile::close() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
-}
+bool shared_file::sync(int descriptor) { return sync_descriptor(descriptor); }
 
 std::filesystem::path UnnamedFile::path() const {
   const std::filesystem::path path = "/dev/fd/" + std::to_string(descriptor_);
@@ -447,34 +349,6 @@ Expected<UnnamedFile> UnnamedFile::create(const std::filesystem::path& folder) {
   if (file.descriptor_ < 0)
     return io_error("cannot create a temporary file in " + file.folder_.string(), errno);
   return file;
-}
-
-Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written =
-        ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), kMostAtOnce), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const std::string what = "cannot write a temporary file in " + folder_.string();
-      return space_error(what, written == 0 ? ENOSPC : errno);
-    }
-    bytes = bytes.subspan(static_cast<size_t>(written));
-    offset += static_cast<uint64_t>(written);
-  }
-  return {};
-}
-
-Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
-  while (!to.empty()) {
-    const ssize_t got =
-        ::pread(descriptor_, to.data(), std::min(to.size(), kMostAtOnce), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0)
-      return io_error("cannot read a temporary file in " + folder_.string(), got == 0 ? EIO : errno);
-    to = to.subspan(static_cast<size_t>(got));
-    offset += static_cast<uint64_t>(got);
-  }
-  return {};
 }
 
 bool is_in_memory(const std::filesystem::path& folder) {

@@ -15,6 +15,7 @@
 #include "system/io_error.h"
 #include "system/mapped_ranges.h"
 #include "system/removed_at_stop.h"
+#include "system/shared_file.h"
 #include "system/temporary_file.h"
 #include "system/windows/path_facet.h"
 #include "system/windows/system_calls.h"
@@ -25,10 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-// A process that was killed keeps its locks until the system has freed its memory.
-constexpr auto kLockPatience = std::chrono::seconds(2);
-constexpr auto kLockRefresh = std::chrono::milliseconds(20);
-constexpr auto kSyncInterval = std::chrono::seconds(1);
 // Others may read, write, rename and remove what this process has open, as on other systems.
 constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 
@@ -83,33 +80,10 @@ bool is_locked_by_other() {
   const DWORD error = ::GetLastError();
   return error == ERROR_LOCK_VIOLATION || error == ERROR_IO_PENDING;
 }
-void unlock(HANDLE handle) {
-  OVERLAPPED place = at_offset(kLockedByte);
-  ::UnlockFileEx(handle, 0, 1, 0, &place);
-}
-
-// False if another process holds the lock for as long as kLockPatience.
-Expected<bool> lock(HANDLE handle, const fs::path& path) {
-  const auto deadline = Clock::now() + kLockPatience;
-  while (!try_lock(handle, false)) {
-    if (!is_locked_by_other()) return io_error("cannot lock " + path.string(), errno_of_last_error());
-    if (Clock::now() > deadline) return false;
-    std::this_thread::sleep_for(kLockRefresh);
-  }
-  return true;
-}
-
 // Not a disk: nothing to wait for.
 bool sync_handle(HANDLE handle) {
   return ::FlushFileBuffers(handle) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION ||
          ::GetLastError() == ERROR_INVALID_HANDLE;
-}
-
-std::string read_text(HANDLE handle) {
-  char text[64];
-  DWORD size = 0;
-  OVERLAPPED place = at_offset(0);
-  return ::ReadFile(handle, text, sizeof(text), &size, &place) != 0 ? std::string(text, size) : std::string();
 }
 
 uint64_t size_of(HANDLE handle) {
@@ -121,6 +95,15 @@ bool set_size(HANDLE handle, uint64_t bytes) {
   LARGE_INTEGER size{};
   size.QuadPart = static_cast<LONGLONG>(bytes);
   return ::SetFilePointerEx(handle, size, nullptr, FILE_BEGIN) != 0 && ::SetEndOfFile(handle) != 0;
+}
+
+constexpr size_t kMostAtOnce = size_t{1} << 30;
+
+// The count, or after a failure -1, with the errno.
+int64_t or_errno(bool is_ok, DWORD count) {
+  if (is_ok) return count;
+  errno = errno_of_last_error();
+  return -1;
 }
 
 void* exception_handler = nullptr;
@@ -178,12 +161,6 @@ Expected<std::span<uint8_t>> map_and_enter(SystemHandle file, uint64_t bytes, bo
   }
   ::UnmapViewOfFile(address);
   return may_pass("too many mapped files");
-}
-
-// The limit on a file's size is that of the file system, so another folder may have a larger one.
-Status space_error(const std::string& what) {
-  const int error = errno_of_last_error();
-  return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
 }
 
 UINT output_code_page = 0;  // of the terminal before this process; 0 if there is none
@@ -485,7 +462,8 @@ Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) 
   if (bytes > static_cast<uint64_t>(PTRDIFF_MAX)) return io_error("cannot map a temporary file", EFBIG);
   const HANDLE handle = handle_of(file.descriptor_);
   if (!set_size(handle, bytes))
-    return space_error("cannot take " + std::to_string(bytes) + " bytes of temporary space");
+    return space_error("cannot take " + std::to_string(bytes) + " bytes of temporary space",
+                       errno_of_last_error());
   return map_and_enter(duplicate(handle), bytes, true, "a temporary file");
 }
 
@@ -553,113 +531,52 @@ StopEndsProcess::~StopEndsProcess() { ::SetConsoleCtrlHandler(end_at_stop, FALSE
 // There is no such limit.
 void let_writes_past_size_limit_fail() {}
 
-LockedLog::~LockedLog() {
-  if (descriptor_ < 0) return;
-  sync_handle(handle_of(descriptor_));
-  ::_close(descriptor_);
+int shared_file::open(const fs::path& path, Access access) {
+  // With the right to append alone, each write appends.
+  const DWORD rights = access == Access::kRead    ? GENERIC_READ
+                       : access == Access::kWrite ? GENERIC_READ | GENERIC_WRITE
+                                                  : GENERIC_READ | FILE_APPEND_DATA;
+  const int flags = access == Access::kRead ? _O_RDONLY : access == Access::kWrite ? _O_RDWR : _O_APPEND;
+  return descriptor_of(open_handle(path, rights, access == Access::kRead ? OPEN_EXISTING : OPEN_ALWAYS), flags);
+}
+void shared_file::close(int descriptor) { ::_close(descriptor); }
+
+bool shared_file::try_lock(int descriptor, Lock lock) {
+  if (psplit::try_lock(handle_of(descriptor), lock == Lock::kTogether)) return true;
+  errno = is_locked_by_other() ? EWOULDBLOCK : errno_of_last_error();
+  return false;
+}
+void shared_file::unlock(int descriptor) {
+  OVERLAPPED place = at_offset(kLockedByte);
+  ::UnlockFileEx(handle_of(descriptor), 0, 1, 0, &place);
 }
 
-Status LockedLog::join(const fs::path& path) {
-  path_ = path;
-  // With this right alone, each write appends.
-  descriptor_ = descriptor_of(open_handle(path, GENERIC_READ | FILE_APPEND_DATA, OPEN_ALWAYS), _O_APPEND);
-  return descriptor_ < 0 ? io_error("cannot use " + path.string(), errno) : Status();
-}
-
-Expected<bool> LockedLog::open(const fs::path& path) {
-  if (Status status = join(path); !status.ok()) return status;
-  const Expected<bool> locked = lock(handle_of(descriptor_), path);
-  if (!locked || !*locked) return locked;
-  resume();
-  return true;
-}
-
-void LockedLog::resume() {
-  if (descriptor_ < 0) return;
-  const HANDLE handle = handle_of(descriptor_);
-  char last = '\n';
+int64_t shared_file::read_at(int descriptor, uint64_t offset, std::span<uint8_t> to) {
+  OVERLAPPED place = at_offset(offset);
   DWORD got = 0;
-  const uint64_t end = size_of(handle);
-  OVERLAPPED place = at_offset(end - std::min<uint64_t>(end, 1));
-  is_cut_short_ = end > 0 && ::ReadFile(handle, &last, 1, &got, &place) != 0 && got == 1 && last != '\n';
+  const auto size = static_cast<DWORD>(std::min(to.size(), kMostAtOnce));
+  const bool is_ok = ::ReadFile(handle_of(descriptor), to.data(), size, &got, &place) != 0;
+  return or_errno(is_ok, got);
 }
-
-Status LockedLog::append(std::string_view lines) {
-  std::string text = is_cut_short_ ? "\n" : "";
-  text += lines;
+int64_t shared_file::write_at(int descriptor, uint64_t offset, std::span<const uint8_t> bytes) {
+  OVERLAPPED place = at_offset(offset);
   DWORD written = 0;
-  const bool is_ok =
-      ::WriteFile(handle_of(descriptor_), text.data(), static_cast<DWORD>(text.size()), &written, nullptr) != 0;
-  if (!is_ok && written == 0) return failure(path_);
-  if (is_ok && written == text.size()) {
-    is_cut_short_ = false;
-    return Clock::now() - synced_ < kSyncInterval ? Status() : sync();
-  }
-  // A write in part has no error of its own: the disk is full.
-  is_cut_short_ = true;
-  return io_error("cannot use " + path_.string(), ENOSPC);
+  const auto size = static_cast<DWORD>(std::min(bytes.size(), kMostAtOnce));
+  const bool is_ok = ::WriteFile(handle_of(descriptor), bytes.data(), size, &written, &place) != 0;
+  return or_errno(is_ok, written);
+}
+int64_t shared_file::append(int descriptor, std::string_view text) {
+  DWORD written = 0;
+  const auto size = static_cast<DWORD>(text.size());
+  const bool is_ok = ::WriteFile(handle_of(descriptor), text.data(), size, &written, nullptr) != 0;
+  return or_errno(is_ok || written > 0, written);
 }
 
-Status LockedLog::sync() {
-  synced_ = Clock::now();
-  return sync_handle(handle_of(descriptor_)) ? Status() : failure(path_);
+uint64_t shared_file::size_of(int descriptor) { return psplit::size_of(handle_of(descriptor)); }
+bool shared_file::set_size(int descriptor, uint64_t bytes) {
+  return or_errno(psplit::set_size(handle_of(descriptor), bytes), 0) == 0;
 }
-
-bool is_owned(const fs::path& path) {
-  // A shared lock, for a moment: one who wants to own the file then waits.
-  const SystemHandle handle = open_handle(path, GENERIC_READ, OPEN_EXISTING);
-  return handle != nullptr && !try_lock(handle.get(), true) && is_locked_by_other();
-}
-
-GroupLock::~GroupLock() {
-  if (descriptor_ >= 0) ::_close(descriptor_);
-}
-
-Status GroupLock::open(const fs::path& path) {
-  descriptor_ = descriptor_of(open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_ALWAYS), _O_RDWR);
-  return descriptor_ < 0 ? io_error("cannot use " + path.string(), errno) : Status();
-}
-
-Expected<bool> GroupLock::join(const fs::path& path, const std::string& group) {
-  if (Status status = open(path); !status.ok()) return status;
-  const HANDLE handle = handle_of(descriptor_);
-  for (const auto deadline = Clock::now() + kLockPatience;; std::this_thread::sleep_for(kLockRefresh)) {
-    // The first process of a group is alone for the moment in which it writes the name.
-    if (try_lock(handle, false)) {
-      DWORD written = 0;
-      OVERLAPPED place = at_offset(0);
-      // The file is never empty in between, also if the disk is full.
-      const bool is_named =
-          read_text(handle) == group ||
-          (::WriteFile(handle, group.data(), static_cast<DWORD>(group.size()), &written, &place) != 0 &&
-           written == group.size() && set_size(handle, group.size()));
-      const Status status = is_named ? Status() : failure(path);
-      unlock(handle);  // a lock is not exchanged for a shared one: others may be first
-      if (!status.ok()) return status;
-    } else if (!is_locked_by_other()) {
-      return io_error("cannot lock " + path.string(), errno_of_last_error());
-    }
-    if (try_lock(handle, true)) {
-      if (read_text(handle) == group) return true;
-      unlock(handle);
-    } else if (!is_locked_by_other()) {
-      return io_error("cannot lock " + path.string(), errno_of_last_error());
-    }
-    if (Clock::now() > deadline) return false;
-  }
-}
-
-Expected<std::optional<std::string>> GroupLock::take(const fs::path& path) {
-  if (Status status = open(path); !status.ok()) return status;
-  const Expected<bool> locked = lock(handle_of(descriptor_), path);
-  if (!locked) return locked.status();
-  return *locked ? std::optional(read_text(handle_of(descriptor_))) : std::nullopt;
-}
-
-void UnnamedFile::close() {
-  if (descriptor_ >= 0) ::_close(descriptor_);
-  descriptor_ = -1;
-}
+bool shared_file::sync(int descriptor) { return or_errno(sync_handle(handle_of(descriptor)), 0) == 0; }
 
 // It has a name, and goes with its last handle.
 fs::path UnnamedFile::path() const {
@@ -677,38 +594,6 @@ Expected<UnnamedFile> UnnamedFile::create(const fs::path& folder) {
   if (file.descriptor_ < 0)
     return io_error("cannot create a temporary file in " + file.folder_.string(), errno);
   return file;
-}
-
-Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
-  constexpr size_t kMost = size_t{1} << 30;
-  while (!bytes.empty()) {
-    OVERLAPPED place = at_offset(offset);
-    DWORD written = 0;
-    const bool is_ok = ::WriteFile(handle_of(descriptor_), bytes.data(),
-                                   static_cast<DWORD>(std::min(bytes.size(), kMost)), &written, &place) != 0;
-    const std::string what = "cannot write a temporary file in " + folder_.string();
-    if (!is_ok) return space_error(what);
-    if (written == 0) return io_error(what, ENOSPC);
-    bytes = bytes.subspan(written);
-    offset += written;
-  }
-  return {};
-}
-
-Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
-  constexpr size_t kMost = size_t{1} << 30;
-  while (!to.empty()) {
-    OVERLAPPED place = at_offset(offset);
-    DWORD got = 0;
-    const bool is_ok = ::ReadFile(handle_of(descriptor_), to.data(),
-                                  static_cast<DWORD>(std::min(to.size(), kMost)), &got, &place) != 0;
-    if (!is_ok || got == 0)
-      return io_error("cannot read a temporary file in " + folder_.string(),
-                      is_ok ? EIO : errno_of_last_error());
-    to = to.subspan(got);
-    offset += got;
-  }
-  return {};
 }
 
 bool is_in_memory(const fs::path&) { return false; }
