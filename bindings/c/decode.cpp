@@ -130,11 +130,6 @@ Status decode_file(const psplit_mesh& mesh, const Wanted& wanted, const Run& run
       });
 }
 
-struct Job {
-  const psplit_mesh* mesh = nullptr;
-  const psplit_buffers* buffers = nullptr;
-};
-
 // A whole Draco stream among jobs.
 struct FileJob {
   const psplit_mesh* mesh = nullptr;
@@ -157,19 +152,19 @@ void decode_files(std::span<FileJob> jobs, size_t all_steps, const Run& run, std
 }
 
 // A status for each job, in their order.
-std::vector<Status> decode(std::span<const Job> jobs, const Run& run) {
+std::vector<Status> decode(std::span<const psplit_job> jobs, const Run& run) {
   std::vector<Status> statuses(jobs.size());
   std::vector<FileJob> files;
   std::vector<PrimitiveLoad> loads;
   size_t patches = 0;
   std::vector<size_t> places;  // of the loads among the jobs
   for (size_t i = 0; i < jobs.size(); ++i) {
-    const auto& [mesh, buffers] = jobs[i];
+    const psplit_mesh* const mesh = jobs[i].mesh;
     if (mesh == nullptr) {
       statuses[i] = null_handle();
       continue;
     }
-    Expected<Wanted> wanted = read_buffers(*mesh, buffers);
+    Expected<Wanted> wanted = read_buffers(*mesh, jobs[i].buffers);
     if (!wanted) {
       statuses[i] = wanted.status();
     } else if (mesh->file) {
@@ -216,7 +211,7 @@ psplit_code psplit_mesh_decode(const psplit_mesh* mesh, const psplit_buffers* bu
   return guarded(error, [&]() -> Status {
     const Expected<std::unique_ptr<Run>> read = Run::of(run);
     if (!read) return read.status();
-    const Job job{mesh, buffers};
+    const psplit_job job{sizeof(psplit_job), PSPLIT_OK, mesh, buffers, nullptr};
     return std::move(decode({&job, 1}, **read).front());
   });
 }
@@ -238,9 +233,7 @@ psplit_code psplit_decode_meshes(psplit_job* jobs, size_t job_count, const pspli
     if (!read_jobs) return read_jobs.status();
     const Expected<std::unique_ptr<Run>> read = Run::of(run);
     if (!read) return read.status();
-    std::vector<Job> all;
-    for (const psplit_job& job : *read_jobs) all.push_back({job.mesh, job.buffers});
-    const std::vector<Status> statuses = decode(all, **read);
+    const std::vector<Status> statuses = decode(*read_jobs, **read);
     Status first;
     for (size_t i = 0; i < job_count; ++i) {
       psplit_job* const job = element_of(jobs, i);

@@ -18,6 +18,7 @@
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/log.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
@@ -133,11 +134,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     return "unknown option: " + name + suggestion(name, options_of(command));
   }
   if (parsed.empty() && !app.remaining().empty()) return no_such_verb(app, app.remaining().front());
-  if (parsed.empty()) {
-    std::string verbs;
-    for (const std::string& verb : verbs_of(app)) verbs += (verbs.empty() ? "" : ", ") + verb;
-    return "the subcommand is missing; it is one of " + verbs;
-  }
+  if (parsed.empty()) return "the subcommand is missing; it is one of " + joined(verbs_of(app));
   return error.what();
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "tools/gltf_psplit/compare/comparison_figures.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -12,10 +13,6 @@ namespace {
 bool is_own(const DecodeRow& row) { return row.backend != "draco"; }
 
 double best_ms(const SplitRow& row) { return fastest_decoder(row).timing.median_ms; }
-
-std::string patches_text(const SplitRow& row) {
-  return counted(row.summary.patches, row.rule.condense ? "condensed patch" : "patch");
-}
 
 // One decoder's time divided by another's.
 struct TimeRatio {
@@ -116,7 +113,7 @@ std::string rival_text(const SplitRow& row, const Comparison& comparison, int re
 std::string headline_text(const SplitRow& row, const Comparison& comparison, const std::string& name,
                           int repeat) {
   const DecodeRow& best = fastest_decoder(row);
-  std::string text = "In " + patches_text(row) + ", " + name + " decodes " +
+  std::string text = "In " + ComparisonFigures::patches_name(row) + ", " + name + " decodes " +
                      speed_text(best, comparison, repeat) + " stock Draco " + where_text(best) + ", " +
                      bytes_text(row.overhead);
   const DecodeRow* one = on_one_thread(row, best);
@@ -139,13 +136,13 @@ std::string recommendation_text(const Comparison& comparison, size_t recommended
   const std::vector<SplitRow>& splits = comparison.splits;
   const SplitRow& row = splits[recommended];
   if (splits.size() == 1)
-    return "Only " + patches_text(row) + " " + (row.summary.patches == 1 ? "was" : "were") +
+    return "Only " + ComparisonFigures::patches_name(row) + " " + (row.summary.patches == 1 ? "was" : "were") +
            " measured, so nothing can be recommended: --patches takes several counts, as in --patches 1,8,64.";
-  std::string text = "Take " + patches_text(row) + " (" + option_text(row.rule) + ").";
+  std::string text = "Take " + ComparisonFigures::patches_name(row) + " (" + option_text(row.rule) + ").";
   const SplitRow& fastest = splits[find_fast(splits, HUGE_VAL)];
   if (best_ms(row) <= best_ms(fastest) * (1 + kAboutAsFast)) return text;
   const DecodeRow& decode = fastest_decoder(fastest);
-  return text + " If time counts for more than bytes, take " + patches_text(fastest) + ": " +
+  return text + " If time counts for more than bytes, take " + ComparisonFigures::patches_name(fastest) + ": " +
          speed_text(decode, comparison, repeat) + " stock Draco " + where_text(decode) + ", " +
          bytes_text(fastest.overhead) + ".";
 }
@@ -186,7 +183,7 @@ void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& n
   look_at("meshoptimizer and zstd", comparison.meshopt.decode);
   for (const SplitRow& row : comparison.splits)
     for (const DecodeRow& decode : row.decode)
-      look_at(patches_text(row) + " with " + decoder_text(decode), decode.timing);
+      look_at(ComparisonFigures::patches_name(row) + " with " + decoder_text(decode), decode.timing);
   if (names.empty()) return;
   noise.push_back("Times varied by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
                   with_separators(names.size()) + " of " + counted(decoder_count, "decoder") +
@@ -201,7 +198,7 @@ void note_useless_threads(const Comparison& comparison, std::vector<std::string>
       const DecodeRow* one = on_one_thread(row, decode);
       if (decode.threads == 1 || one == nullptr || row.summary.patches < 2) continue;
       if (decode.timing.median_ms > one->timing.median_ms)
-        names.push_back(patches_text(row) + " with " + decoder_text(decode) + " (" +
+        names.push_back(ComparisonFigures::patches_name(row) + " with " + decoder_text(decode) + " (" +
                         as_duration(decode.timing.median_ms) + " instead of " +
                         as_duration(one->timing.median_ms) + ")");
     }
