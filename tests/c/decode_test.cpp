@@ -16,6 +16,7 @@
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/same_bits.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/stock_stream.h"
 
 namespace psplit {

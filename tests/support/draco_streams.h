@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "tests/support/draco_oracle.h"
-#include "tests/support/sanitizers.h"
 
 namespace psplit {
 
@@ -18,13 +17,9 @@ struct DracoStream {
 
 enum class StreamSet {
   kSmall,  // hundreds of streams with every feature except those of giant meshes; takes a second
-  kThird,  // every third of kAll, for tests that compare slowly
-  kAll,    // some ten thousand streams, of up to two million points; takes ten seconds
+  kThird,  // every third of kAll, for tests that compare slowly and take long
+  kAll,    // some ten thousand streams, of up to two million points, for tests that take long
 };
-
-// What a test asks for that is to see all streams, or a third. Sanitizers see only kSmall.
-inline constexpr StreamSet kFullSet = !kHasSanitizers ? StreamSet::kAll : StreamSet::kSmall;
-inline constexpr StreamSet kThirdOfFullSet = !kHasSanitizers ? StreamSet::kThird : StreamSet::kSmall;
 
 // Makes the streams of the set, always in the same order and with the same bytes, and calls `visit` with each.
 // libdraco can decode all of them.

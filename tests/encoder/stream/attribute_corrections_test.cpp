@@ -59,14 +59,14 @@ void expect_same_fields(const std::string& name, std::span<const uint8_t> stream
   }
 }
 
-TEST(AttributeCorrections, AreThoseOfLibdracosEncoder) {
+void expect_corrections_of_libdraco(StreamSet set) {
   Seen seen;
   for_each_draco_stream([&](const DracoStream& stream) { expect_same_fields(stream.name, stream.bytes, seen); },
-                        kThirdOfFullSet);
+                        set);
   for (const auto& [kind, count] : seen.by_scheme)
-    RecordProperty("coding_" + std::to_string(static_cast<int>(kind.first)) + "_scheme_" +
-                       std::to_string(static_cast<int>(kind.second)),
-                   std::to_string(count));
+    testing::Test::RecordProperty("coding_" + std::to_string(static_cast<int>(kind.first)) + "_scheme_" +
+                                      std::to_string(static_cast<int>(kind.second)),
+                                  std::to_string(count));
   using core::Coding, core::Scheme;
   for (const auto& kind : {std::pair{Coding::kRaw, Scheme::kNone},
                            {Coding::kQuantized, Scheme::kDifference},
@@ -83,6 +83,10 @@ TEST(AttributeCorrections, AreThoseOfLibdracosEncoder) {
   EXPECT_GT(seen.orientations, 0u);
   EXPECT_GT(seen.flips, 0u);
 }
+
+TEST(AttributeCorrections, AreThoseOfLibdracosEncoder) { expect_corrections_of_libdraco(StreamSet::kSmall); }
+
+TEST(AttributeCorrections, OfEveryThirdStreamTakesLong) { expect_corrections_of_libdraco(StreamSet::kThird); }
 
 TEST(AttributeCorrections, OfTheCorpusAreThoseOfTheirEncoders) {
   Seen seen;
