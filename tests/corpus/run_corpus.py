@@ -2,6 +2,7 @@
 """Runs gltf-psplit on every file of a corpus:
 
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
+                [--from BYTES] [--below BYTES]
 
 A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
 (`diff`) must both say so. This is done twice: with the default options, where no value may be off by more than half a
@@ -11,7 +12,8 @@ expected_refusals.txt says. In glTF's JSON only what asset_difference.py lists m
 
 A file of the malformed folder must be refused, with exit code 2, 3 or 5 and a message that names it, or must load if
 expected_loads.txt lists it. --validator names a folder with validate.mjs and its node_modules. Outputs then must pass the
-official validator, except for errors of the input (glTF's own, or those in expected_errors.txt).
+official validator, except for errors of the input (glTF's own, or those in expected_errors.txt). --from and --below choose
+files by their size, to which that of a .gltf's folder counts.
 
 Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes with
 --backend cpu and --backend draco. Only libdraco decodes .drc files of bitstreams before 2.2; for these the backends are auto
@@ -30,6 +32,8 @@ parser.add_argument("--corpus", type=pathlib.Path, required=True)
 parser.add_argument("--validator", type=pathlib.Path)
 parser.add_argument("--only", default="", help="only files whose paths contain this")
 parser.add_argument("--malformed", action="store_true", help="only the malformed files")
+parser.add_argument("--from", dest="least", type=int, default=0, help="only files of so many bytes or more")
+parser.add_argument("--below", type=int, default=sys.maxsize, help="only files of fewer bytes")
 parser.add_argument("--timeout", type=int, default=300, help="seconds for one command")
 options = parser.parse_args()
 kDefault = []
@@ -153,6 +157,12 @@ def kind(path):
     return pathlib.Path(path.stem if path.suffix == ".gz" else path.name).suffix.lower()
 
 
+def size_of(file):
+    if file.suffix != ".gltf":
+        return file.stat().st_size
+    return sum(other.stat().st_size for other in file.parent.iterdir() if other.is_file())
+
+
 def check(file):
     path = file.relative_to(options.corpus).as_posix()
     malformed = path.startswith("malformed/")
@@ -182,8 +192,9 @@ if not options.corpus.is_dir():
     sys.exit(77)
 refusals, loads, errors = map(read_expected, ("expected_refusals.txt", "expected_loads.txt", "expected_errors.txt"))
 root = options.corpus / "malformed" if options.malformed else options.corpus
-files = [p for p in root.rglob("*") if p.is_file() and kind(p) in kLoadable and options.only in str(p)]
-files.sort(key=lambda p: (-p.stat().st_size, p))
+files = [p for p in root.rglob("*") if p.is_file() and kind(p) in kLoadable and options.only in str(p)
+         and options.least <= size_of(p) < options.below]
+files.sort(key=lambda p: (-size_of(p), p))
 outcomes = {}
 stock_files = {"glTF": 0, ".drc": 0, "older .drc": 0}
 stock_streams = dict(stock_files)
