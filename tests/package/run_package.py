@@ -4,9 +4,10 @@ that brings its sources, and with pkg-config:
 
   run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
---build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
-command and the tests. All is made in its folder package_test, which stays if something fails. It has the same name each
-time, so that a compiler cache finds what it compiled. The project has a folder src of its own, from which no header of ours
+--build is a finished build, of static or shared libraries as --shared says. The other kind is built in its folder
+other_libraries, without the command and the tests; the wheel is built there afterwards, of the same objects. All else is made
+in package_test, which stays if something fails. Both have the same names each time, so that a compiler cache finds what it
+compiled. The project has a folder src of its own, from which no header of ours
 may be taken. c/examples is a project in C, which finds it and uses pkg-config.
 """
 import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys
@@ -309,7 +310,8 @@ for shared in ("OFF", "ON"):
     kind = "shared" if shared == "ON" else "static"
     build = options.build
     if shared != options.shared:
-        build = folder / f"{kind}-build"
+        build = folder.parent / "other_libraries"
+        (build / "CMakeCache.txt").unlink(missing_ok=True)  # an earlier wheel's options
         # Without optimization everything compiles in half the time, and inlining hides no missing symbol.
         configure(source, build, "-DPSPLIT_BUILD_TOOLS=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_CUDA=OFF",
                   "-DPSPLIT_UNITY_BUILD=ON", "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBUILD_SHARED_LIBS=" + shared)

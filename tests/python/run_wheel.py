@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Builds the wheel without a network, without and with the encoder, in one folder. Installs each into a fresh environment that sees the
+"""Builds the wheel without a network, without and with the encoder. Installs each into a fresh environment that sees the
 system's numpy, and runs the tests with it:
 
-  run_wheel.py --cmake COMMAND --compiler COMMAND --build FOLDER
+  run_wheel.py --cmake COMMAND --compiler COMMAND --build FOLDER --encoder-build FOLDER
+
+--build is the folder for the wheel without the encoder. That for the other may have compiled psplit's libraries already
+(tests/package/run_package.py).
 """
 import argparse
 import os
@@ -14,7 +17,7 @@ import venv
 import zipfile
 
 parser = argparse.ArgumentParser()
-for name in ("cmake", "compiler", "build"):
+for name in ("cmake", "compiler", "build", "encoder-build"):
     parser.add_argument("--" + name, required=True)
 options = parser.parse_args()
 tests = pathlib.Path(__file__).resolve().parent
@@ -28,10 +31,10 @@ def run(*command, **environment):
     return done.stdout
 
 
-def test_wheel(folder, encoder):
+def test_wheel(folder, encoder, build):
     run(sys.executable, "-m", "pip", "wheel", package, "--no-build-isolation", "--no-index", "--no-deps", "-w", folder,
-        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=options.build,
-        PSPLIT_ENCODER=encoder, CMAKE_ARGS="-DCMAKE_CXX_FLAGS_RELEASE=-O0")  # compiles in a third of the time
+        PATH=f"{pathlib.Path(options.cmake).parent}:{os.environ['PATH']}", CXX=options.compiler, PSPLIT_BUILD=build,
+        PSPLIT_ENCODER=encoder, CMAKE_ARGS="'-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG'")  # compiles in a third of the time
     wheel, = folder.glob("psplit-*.whl")
     files = zipfile.ZipFile(wheel).namelist()
     for needed in ("psplit/__init__.py", "psplit/py.typed", "psplit/_native.pyi", "psplit/meshio_plugin.py"):
@@ -51,6 +54,6 @@ def test_wheel(folder, encoder):
                                             PYTHONDONTWRITEBYTECODE="1").splitlines()[-1])
 
 
-for encoder in ("OFF", "ON"):
+for encoder, build in (("OFF", options.build), ("ON", options.encoder_build)):
     with tempfile.TemporaryDirectory() as name:
-        test_wheel(pathlib.Path(name), encoder)
+        test_wheel(pathlib.Path(name), encoder, build)
