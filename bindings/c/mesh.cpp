@@ -5,6 +5,7 @@
 
 #include "src/container/claims.h"
 #include "src/container/patch_container.h"
+#include "src/container/stored_type.h"
 #include "src/loader/check_buffers.h"
 
 namespace psplit::c {

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string>
 
+#include "src/container/stored_type.h"
 #include "src/container/write_faces.h"
 #include "src/core/stitch.h"
 #include "src/cpu/decode_in_scratch.h"

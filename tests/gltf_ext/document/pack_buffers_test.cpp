@@ -85,8 +85,7 @@ TEST(PackBuffers, NamesThatAreLostAreSaid) {
       R"({"asset":{"version":"2.0"},
           "buffers":[{"byteLength":3,"name":"first"},{"byteLength":2,"name":"second","extras":1},{"byteLength":1}],
           "bufferViews":[{"buffer":0,"byteLength":3},{"buffer":1,"byteLength":2},{"buffer":2,"byteLength":1}]})");
-  using Bytes = std::vector<uint8_t>;
-  document.buffers = {Bytes{1, 2, 3}, Bytes{4, 5}, Bytes{6}};
+  document.buffers = {std::vector<uint8_t>{1, 2, 3}, std::vector<uint8_t>{4, 5}, std::vector<uint8_t>{6}};
   PackedDocument packed = pack_buffers(document, true);
   list_buffers(packed);
   EXPECT_EQ(packed.json["buffers"][0]["name"], "first");
