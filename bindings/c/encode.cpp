@@ -4,11 +4,10 @@
 #ifdef PSPLIT_C_HAS_ENCODER
 #include <map>
 
-#include "psplit/encode.h"
 #include "src/container/stored_type.h"
 #endif
 
-#include "psplit/decode.h"
+#include "psplit/encode.h"
 
 struct psplit_encoded {
   psplit_kind kind = PSPLIT_KIND_NONE;
@@ -23,15 +22,15 @@ struct psplit_encoded {
 namespace psplit::c {
 namespace {
 
-// The defaults of the encoder, without which this library may be built.
 void set_defaults(psplit_encode_options& options) {
+  const EncodeOptions defaults;
   options.kind = PSPLIT_KIND_NONE;
-  options.speed = 5;
-  options.position_bits = 14;
-  options.normal_bits = 10;
-  options.texcoord_bits = 12;
-  options.color_bits = 8;
-  options.generic_bits = 12;
+  options.speed = defaults.encode_speed;
+  options.position_bits = defaults.position_bits;
+  options.normal_bits = defaults.normal_bits;
+  options.texcoord_bits = defaults.texcoord_bits;
+  options.color_bits = defaults.color_bits;
+  options.generic_bits = defaults.generic_bits;
 }
 
 #ifdef PSPLIT_C_HAS_ENCODER
