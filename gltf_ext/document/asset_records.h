@@ -63,9 +63,9 @@ struct ElementLayout {
 };
 
 // The name that glTF has for the type: "VEC3".
-PSPLIT_EXPORT const char* type_name(const ElementLayout& layout);
+const char* type_name(const ElementLayout& layout);
 // The layout of values with that many components; nothing if glTF has no such type.
-PSPLIT_EXPORT std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t component_count);
+std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t component_count);
 
 // Elements of a buffer view, from an offset on.
 struct ElementsRecord {
@@ -113,7 +113,7 @@ struct AttributeRecord {
 using AttributeRecords = std::vector<AttributeRecord>;  // in the order of the JSON
 
 // One of the two Draco extensions of a primitive.
-struct PSPLIT_EXPORT DracoRecord {
+struct DracoRecord {
   int64_t view = -1;
   std::vector<AttributeRequest> requests{};  // the stored attributes, with the types of their accessors
   Status status{};                           // what is wrong with the extension
@@ -123,7 +123,7 @@ struct PSPLIT_EXPORT DracoRecord {
 
 enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
 
-struct PSPLIT_EXPORT PrimitiveRecord {
+struct PrimitiveRecord {
   int mode = 4;  // -1 if glTF has no such mode
   AttributeRecords attributes{};
   int64_t indices = -1;
@@ -144,7 +144,7 @@ struct PSPLIT_EXPORT PrimitiveRecord {
   int64_t accessor_of(const std::string& semantic) const;
 };
 
-struct PSPLIT_EXPORT AssetRecords {
+struct AssetRecords {
   std::vector<BufferRecord> buffers{};
   std::vector<ViewRecord> views{};
   std::vector<AccessorRecord> accessors{};
@@ -173,6 +173,6 @@ std::optional<BufferRange> range_in_memory(const Document& document, const Json&
 
 // Checks every index of a buffer, buffer view or accessor in the whole tree, and every extent against the
 // lengths that the JSON states. Unknown members are allowed. Errors: kInvalidInput.
-PSPLIT_EXPORT Expected<AssetRecords> read_records(const Json& json);
+Expected<AssetRecords> read_records(const Json& json);
 
 }  // namespace psplit
