@@ -3,11 +3,10 @@
 
 #ifdef PSPLIT_C_HAS_ENCODER
 #include <map>
-
-#include "src/container/stored_type.h"
 #endif
 
 #include "psplit/encode.h"
+#include "src/container/stored_type.h"
 
 struct psplit_encoded {
   psplit_kind kind = PSPLIT_KIND_NONE;
