@@ -197,8 +197,7 @@ struct StreamDescription {
   }
 };
 
-// describe_stream (decode.h), describe_draco_stream (encoder/libdraco/draco_backend.h), or one
-// after the other.
+// What describes a stream: describe_stream, libdraco, or one after the other.
 using DescribeStream = std::function<Expected<StreamDescription>(Span<const uint8_t> stream)>;
 
 // The requests that make each attribute one that glTF allows, in the same order. The names are POSITION,

@@ -29,10 +29,9 @@ namespace psplit {
 
 // ---- How values are stored ----
 
-// How the values of one attribute are stored.
 inline constexpr int kMostGridBits = 30;  // of a component on a quantization grid: libdraco's limit
 
-// bits == 0 keeps the values exactly as they are.
+// How the values of one attribute are stored. bits == 0 keeps them exactly as they are.
 struct AttributeCoding {
   int bits = 0;             // 1 to kMostGridBits; only for kFloat32 attributes
   bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 or more)
@@ -101,6 +100,7 @@ PSPLIT_EXPORT uint64_t default_patch_count(uint64_t faces, uint64_t min_faces = 
 // The number of patches of each primitive, given its number of faces.
 PSPLIT_EXPORT std::vector<uint32_t> patch_counts(Span<const uint64_t> faces, const PatchTarget& target);
 
+// How the faces are cut into patches, by their connectivity alone.
 enum class PartitionMethod {
   kMultilevel,  // levels of cells; the coarsest graph is cut in halves, and borders are refined at each level
   kPaper,       // farthest-point samples, clusters of faces around them, k-means of the clusters
@@ -150,8 +150,7 @@ inline constexpr int kMostEncodeSpeed = 10;
 struct EncodeOptions : CodingOptions {
   PatchTarget patches{};
   Storage storage = Storage::kAsFits;
-  // One of these replaces position_bits. Meshes that share a grid share the
-  // bits that suffice for all of them.
+  // One of these replaces position_bits. Meshes that share a grid share the bits that suffice for all of them.
   bool position_bits_by_edges = false;  // the fewest bits that the edges allow
   double max_position_error = 0;        // the fewest bits for an error of at most this, in the mesh's own units
   int encode_speed = 5;  // 0 (fewest bytes for most meshes) to 10 (fastest), libdraco's scale for its speeds
@@ -168,7 +167,7 @@ struct EncodeOptions : CodingOptions {
   bool keep_degenerate = false;  // keep faces that repeat an index; they draw nothing
   bool keep_unused = false;      // keep points that no face uses; not with kStreams
   bool keep_duplicates = false;  // keep points that are equal in every attribute apart
-  bool refine = true;            // see PartitionOptions for this and the next two
+  bool refine = true;            // false keeps the jagged borders of plain clustering
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   bool verify = true;  // decode the result, and compare it with the input
@@ -278,11 +277,11 @@ struct EncodedMesh {
 // ---- Encoding ----
 
 // Chooses how the attributes of all meshes are stored, and into how many patches each is cut. Grids whose bits
-// are not given are finer where they would lose what a mesh tells apart. Values of
-// quantized attributes that exceed glTF's limits by rounding noise are set to the limits, and weights are
-// rounded to their grid so that they keep their sum. `failed`, if it is not null, gets the number of the mesh
-// of an error. Errors: kUsage for options that are out of their range, or contradict each other; kInvalidInput,
-// kUnsupported for meshes that cannot be encoded; kUsage if no bits suffice for max_position_error.
+// are not given are finer where they would lose what a mesh tells apart. Values of quantized attributes that
+// exceed glTF's limits by rounding noise are set to the limits, and weights are rounded to their grid so that
+// they keep their sum. `failed`, if it is not null, gets the number of the mesh of an error. Errors: kUsage for
+// options that are out of their range, or contradict each other; kInvalidInput, kUnsupported for meshes that
+// cannot be encoded; kUsage if no bits suffice for max_position_error.
 PSPLIT_EXPORT Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options,
                           const ThreadPool& pool, Span<const KeptMesh> kept = {}, size_t* failed = nullptr);
 

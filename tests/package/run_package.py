@@ -185,7 +185,7 @@ def check_headers(prefix):
     headers = {path.relative_to(include / "psplit").as_posix(): path.read_text() for path in sorted(include.rglob("*.h*"))}
     for name, text in headers.items():
         run(options.compiler, "-std=c++17", *warnings, f"-I{include}", "-include", f"psplit/{name}", "-x", "c++", "/dev/null")
-        for word in re.findall(r"//.*?([\w/]+\.h(?:pp)?)\b", text):
+        for word in re.findall(r"([\w/]+\.h(?:pp)?)\b", "\n".join(re.findall(r"//.*", text))):
             wanted = "/" + word.removeprefix("psplit/")
             if word != "tiny_gltf.h" and not any(f"/{header}".endswith(wanted) for header in headers):
                 sys.exit(f"{name} names {word}, which is not installed")
