@@ -69,8 +69,8 @@ Status check_integers(const Attribute& attribute) {
 Status complete_coding(const Attribute& attribute, const DracoLabel& label, AttributeCoding& coding) {
   if (label.type == DataType::kUint32) return check_integers(attribute);
   if (!is_float(label) || coding.bits <= 0) return {};
-  if (coding.bits > kMostGridBits)
-    return invalid_input(attribute.semantic + ": more than " + std::to_string(kMostGridBits) + " bits");
+  static_assert(kMostGridBits == 30);  // a literal keeps the module for the web small
+  if (coding.bits > kMostGridBits) return invalid_input(attribute.semantic + ": more than 30 bits");
   coding.octahedral = is_normal(label);
   if (!coding.octahedral)
     return coding.origin.empty() ? find_grid(attribute, coding) : check_places(attribute, coding);
