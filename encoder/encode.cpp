@@ -163,7 +163,7 @@ Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOpt
     const DistinctBytes distinct(source);
     return encode_mesh(source.mesh, source.codings, streams, threads, distinct.bytes, distinct.stride);
   };
-  Expected<EncodedMesh> encoded = cancelled();
+  Expected<EncodedMesh> encoded = cancelled();  // unless the work ends
 #ifdef __cpp_exceptions
   // When the caller stops the work, all tasks that are left are left out. Stages divide their work into many
   // tasks, so none of them has to ask. Without exceptions only encode_streams asks, before each patch.
@@ -176,7 +176,6 @@ Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOpt
   try {
     encoded = encode_on(watch.stop != nullptr ? asking : pool);
   } catch (const Stopped&) {
-    encoded = cancelled();
   }
 #else
   encoded = encode_on(pool);

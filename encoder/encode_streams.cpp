@@ -37,8 +37,7 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
       for (const uint32_t point : mesh.faces[face]) is_in_patch[point] = 1;
   const bool has_residue = !cut.residue_faces.empty() || std::ranges::find(is_in_patch, 0) != is_in_patch.end();
   // Streams that are alone are verified one by one, by their decoded values.
-  const bool are_alone =
-      options.alone == Alone::kAll || (options.alone == Alone::kWhole && patch_count == 1 && !has_residue);
+  const bool standalone = are_alone(options.alone, patch_count, has_residue);
 
   streams.owned.resize(patch_count);
   streams.decoded.resize(patch_count);
@@ -55,10 +54,10 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
     const PatchMesh patch =
         ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
     Expected<EncodedPatch> encoded =
-        options.by_libdraco ? encode_edgebreaker(welded, patch, codings, options.encode_speed, are_alone)
+        options.by_libdraco ? encode_edgebreaker(welded, patch, codings, options.encode_speed, standalone)
         : options.choose_by_bytes
-            ? encode_smallest_stream(welded, patch, codings, are_alone, options.in_creation_order)
-            : encode_stream(welded, patch, codings, options.encode_speed, are_alone);
+            ? encode_smallest_stream(welded, patch, codings, standalone, options.in_creation_order)
+            : encode_stream(welded, patch, codings, options.encode_speed, standalone);
     if (!encoded) {
       statuses[i] = encoded.status().at({.patch = static_cast<int64_t>(i)});
       return;
@@ -76,7 +75,7 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
   });
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);
-  Status status = append_residue(welded, cut.residue_faces, is_in_patch, codings, options, are_alone, streams);
+  Status status = append_residue(welded, cut.residue_faces, is_in_patch, codings, options, standalone, streams);
   if (!status.ok()) return status;
   return streams;
 }

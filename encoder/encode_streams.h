@@ -16,6 +16,11 @@
 
 namespace psplit {
 
+// Whether the streams of a mesh are stored without a container.
+constexpr bool are_alone(Alone alone, size_t patch_count, bool has_residue) {
+  return alone == Alone::kAll || (alone == Alone::kWhole && patch_count == 1 && !has_residue);
+}
+
 // Everything that goes into a container.
 struct Streams {
   std::vector<OwnedStream> owned;
@@ -28,10 +33,7 @@ struct Streams {
   double partition_ms = 0;           // what it took to cut the mesh
 
   uint32_t patch_count() const { return static_cast<uint32_t>(bytes.size()) - (has_residue ? 1 : 0); }
-  // Whether they are stored without a container.
-  bool are_alone(Alone alone) const {
-    return alone == Alone::kAll || (alone == Alone::kWhole && bytes.size() == 1 && !has_residue);
-  }
+  bool are_alone(Alone alone) const { return psplit::are_alone(alone, patch_count(), has_residue); }
 };
 
 // Whether encode_mesh can encode the mesh with these codings. A mesh without faces passes. Errors:
@@ -39,8 +41,8 @@ struct Streams {
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings);
 
 // Welds the mesh, cuts it into `patch_count` patches or as options.patch_of_face says, and encodes these and
-// the residue. Patches that exceed options.most_split_percent become fewer. Nothing is merged
-// or dropped. Errors have the number of the patch as their place.
+// the residue. Patches that exceed options.most_split_percent become fewer. Nothing is merged or dropped.
+// Errors have the number of the patch as their place.
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                  const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool);
 

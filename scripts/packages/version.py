@@ -64,7 +64,7 @@ def set_version(new):
             (root / file).write_text(changelog_entry(new) + text)
             continue
         numbers = new.split(".")[:said(match).count(".") + 1]
-        for i in reversed(range(len(match.groups()))):
-            one = numbers[i] if len(match.groups()) > 1 else ".".join(numbers)
-            text = text[:match.start(i + 1)] + one + text[match.end(i + 1):]
+        words = [".".join(numbers)] if len(match.groups()) == 1 else numbers
+        for i, word in reversed(list(enumerate(words, 1))):  # from the end, so that places before it stay
+            text = text[:match.start(i)] + word + text[match.end(i):]
         (root / file).write_text(text)
