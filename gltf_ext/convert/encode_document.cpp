@@ -12,6 +12,7 @@
 #include "gltf_ext/convert/json_growth.h"
 #include "gltf_ext/convert/plain_neighbours.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/convert/sparse_targets.h"
 #include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
@@ -199,15 +200,11 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
     const auto& of_target = targets[morph.target];
     const auto found = std::ranges::find(of_target, morph.semantic, &AttributeRecord::semantic);
     if (!counted.insert(found->accessor).second) continue;
-    const uint64_t width = component_bytes(morph.data.component_type) * morph.data.component_count;
-    uint64_t moved = 0;
-    for (uint64_t i = 0; morph.sparse && i < morph.data.count; ++i) {
-      const auto value = std::span(morph.data.values).subspan(i * width, width);
-      moved += std::ranges::any_of(value, [](std::byte b) { return b != std::byte{0}; }) ? 1 : 0;
-    }
-    const uint64_t index_bytes = points > 0x10000 ? 4 : points > 0x100 ? 2 : 1;
+    const uint64_t dense = points * component_bytes(morph.data.component_type) * morph.data.component_count;
     const uint64_t stored =
-        morph.sparse ? std::min(points * width, moved * (width + index_bytes)) : points * width;
+        morph.sparse
+            ? std::min(dense, sparse_bytes(morph.data, elements_that_are_not_zero(morph.data, ZeroSign::kKept)))
+            : dense;
     // A view that meshoptimizer compressed will be compressed again.
     const AccessorRecord& accessor = document.records().accessor(found->accessor);
     const uint64_t before = accessor.stored_bytes();
@@ -572,6 +569,8 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   if (options.fallback == Fallback::kCoarse)
     if (Status status = add_coarse_primitives(document, options.coarse_share, backend, pool); !status.ok())
       return status;
+  if (options.morph_targets == MorphTargets::kSparse && limits.memory == 0)
+    make_targets_sparse(document, options.lossless ? ZeroSign::kKept : ZeroSign::kIgnored);
   return std::move(*reports);
 }
 

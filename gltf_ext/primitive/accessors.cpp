@@ -113,9 +113,16 @@ void store_element(const ValuesView& data, size_t index, const ElementLayout& la
                 layout.column_bytes());
 }
 
-bool is_zero(const ValuesView& data, size_t index, size_t element_bytes) {
-  const std::byte* element = data.at(index);
-  return std::all_of(element, element + element_bytes, [](std::byte b) { return b == std::byte{0}; });
+// -0 is zero, too, unless its sign counts.
+bool is_zero(const ValuesView& data, size_t index, size_t element_bytes, ZeroSign sign) {
+  const std::span<const std::byte> element(data.at(index), element_bytes);
+  constexpr std::byte kSign{0x80};
+  const bool has_signs = data.component_type == ComponentType::kFloat32 && sign == ZeroSign::kIgnored;
+  for (size_t i = 0; i < element.size(); ++i) {
+    const bool is_negative_zero = has_signs && i % sizeof(float) == sizeof(float) - 1 && element[i] == kSign;
+    if (element[i] != std::byte{0} && !is_negative_zero) return false;
+  }
+  return true;
 }
 
 // Makes `accessor` refer to a new view.
@@ -200,30 +207,56 @@ size_t stored_stride(const ValuesView& data, int target) {
   return layout ? stride_in_view(*layout, target) : 0;
 }
 
-void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target) {
-  const std::optional<ElementLayout> layout = layout_of(data);
-  if (!layout) return;
+std::vector<uint32_t> elements_that_are_not_zero(const ValuesView& data, ZeroSign sign) {
   std::vector<uint32_t> kept;
+  const std::optional<ElementLayout> layout = layout_of(data);
+  if (!layout) return kept;
   for (uint32_t i = 0; i < data.count; ++i)
-    if (!is_zero(data, i, layout->packed_bytes())) kept.push_back(i);
-  if (kept.empty()) return;  // an accessor without a view is zero
-  const ComponentType index_type = kept.back() <= 0xff     ? ComponentType::kUint8
-                                   : kept.back() <= 0xffff ? ComponentType::kUint16
-                                                           : ComponentType::kUint32;
-  const size_t index_bytes = component_bytes(index_type), value_bytes = layout->stored_bytes();
-  if (kept.size() * (index_bytes + value_bytes) >= data.count * stride_in_view(*layout, target))
-    return store_values(document, accessor, data, target);
+    if (!is_zero(data, i, layout->packed_bytes(), sign)) kept.push_back(i);
+  return kept;
+}
 
-  std::vector<uint8_t> stored_indices(kept.size() * index_bytes), stored_values(kept.size() * value_bytes);
+namespace {
+
+ComponentType sparse_index_type(std::span<const uint32_t> kept) {
+  const uint32_t last = kept.empty() ? 0 : kept.back();
+  return last <= 0xff     ? ComponentType::kUint8
+         : last <= 0xffff ? ComponentType::kUint16
+                          : ComponentType::kUint32;
+}
+
+}  // namespace
+
+uint64_t sparse_bytes(const ValuesView& data, std::span<const uint32_t> kept) {
+  const std::optional<ElementLayout> layout = layout_of(data);
+  return layout ? kept.size() * (component_bytes(sparse_index_type(kept)) + layout->stored_bytes()) : 0;
+}
+
+SparseData sparse_data(const ValuesView& data, std::span<const uint32_t> kept) {
+  SparseData sparse{sparse_index_type(kept), {}, {}};
+  const std::optional<ElementLayout> layout = layout_of(data);
+  if (!layout) return sparse;
+  const size_t index_bytes = component_bytes(sparse.index_type), value_bytes = layout->stored_bytes();
+  sparse.indices.resize(kept.size() * index_bytes);
+  sparse.values.resize(kept.size() * value_bytes);
   for (size_t i = 0; i < kept.size(); ++i) {
-    std::memcpy(stored_indices.data() + i * index_bytes, &kept[i], index_bytes);  // little-endian
-    store_element(data, kept[i], *layout, stored_values.data() + i * value_bytes);
+    std::memcpy(sparse.indices.data() + i * index_bytes, &kept[i], index_bytes);  // little-endian
+    store_element(data, kept[i], *layout, sparse.values.data() + i * value_bytes);
   }
-  const int64_t index_view = append_buffer_view(document, stored_indices);
-  const int64_t value_view = append_buffer_view(document, stored_values);
+  return sparse;
+}
+
+void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target) {
+  const std::vector<uint32_t> kept = elements_that_are_not_zero(data, ZeroSign::kKept);
+  if (kept.empty()) return;  // an accessor without a view is zero
+  if (sparse_bytes(data, kept) >= data.count * stored_stride(data, target))
+    return store_values(document, accessor, data, target);
+  const SparseData sparse = sparse_data(data, kept);
+  const int64_t index_view = append_buffer_view(document, sparse.indices);
+  const int64_t value_view = append_buffer_view(document, sparse.values);
   accessor["sparse"] = {
       {"count", kept.size()},
-      {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(index_type)}}},
+      {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(sparse.index_type)}}},
       {"values", {{"bufferView", value_view}}}};
 }
 

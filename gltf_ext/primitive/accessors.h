@@ -76,8 +76,21 @@ constexpr ComponentType index_type(uint32_t point_count) {
 // The bytes from one value to the next that store_values chooses.
 size_t stored_stride(const ValuesView& data, int target);
 
-// The same, but as a sparse accessor of the elements that are not zero, if that takes fewer bytes. If all
-// elements are zero, nothing is stored.
+// Whether -0 is stored, or is as good as 0. Exporters write it in most deltas that are zero.
+enum class ZeroSign { kKept, kIgnored };
+
+// What a sparse accessor stores: the elements that are not zero, in their order.
+std::vector<uint32_t> elements_that_are_not_zero(const ValuesView& data, ZeroSign sign);
+// The bytes of these elements and of their indices.
+uint64_t sparse_bytes(const ValuesView& data, std::span<const uint32_t> kept);
+struct SparseData {
+  ComponentType index_type = ComponentType::kUint8;
+  std::vector<uint8_t> indices, values;
+};
+SparseData sparse_data(const ValuesView& data, std::span<const uint32_t> kept);
+
+// store_values, but as a sparse accessor if that takes fewer bytes. If all elements are zero, nothing is
+// stored.
 void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target);
 
 // An accessor that describes data without bufferView and bounds, for example because an extension supplies it.

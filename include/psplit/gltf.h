@@ -34,6 +34,13 @@ inline constexpr uint64_t kLeastCoarseFaces = 100;
 // more than once.
 enum class Compat { kNone, kKhr };
 
+// How morph targets are stored. All deltas are equal to those of the input. kSparse takes -0 for 0 in deltas
+// that are zero, but not if EncodeOptions::lossless is set.
+enum class MorphTargets {
+  kKeep,
+  kSparse,  // as sparse accessors where that takes fewer bytes. Targets that are zero everywhere take none
+};
+
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
 
@@ -48,9 +55,10 @@ struct EncodeDocumentOptions : EncodeOptions {
   // Attributes that are left out, such as "TEXCOORD_1". kUsage if the asset needs one of them, as a texture its
   // coordinates.
   std::vector<std::string> skip{};
-  Fallback fallback = Fallback::kNone;  // kCoarse not with Compat::kKhr
-  double coarse_share = kCoarseShare;   // of the faces of a mesh that its coarse primitives have
-  Compat compat = Compat::kNone;        // kKhr: without condensed streams and boxes; no unused points are kept
+  MorphTargets morph_targets = MorphTargets::kSparse;  // targets that meshoptimizer compressed stay so
+  Fallback fallback = Fallback::kNone;                 // kCoarse not with Compat::kKhr
+  double coarse_share = kCoarseShare;                  // of the faces of a mesh that its coarse primitives have
+  Compat compat = Compat::kNone;  // kKhr: without condensed streams and boxes; no unused points are kept
   // Names of options that the caller gave and that primitives in patches, which stay as they are, would ignore.
   // Then they are an error.
   std::string options_of_patches{};

@@ -132,6 +132,12 @@ void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
       "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
       "loaders open. Points on borders are stored once for each patch, and decoding does not join "
       "them. At most 8 patches of a primitive by default, because each is a draw call");
+  add_choice_option(
+      command, "--morph-targets", arguments.morph_targets, {"keep", "sparse"},
+      "sparse, the default: morph targets become sparse accessors where that takes fewer bytes, and those that "
+      "are zero everywhere take none. All deltas stay as they are, and every viewer reads them. keep: they "
+      "stay "
+      "as the input has them");
 }
 
 void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
@@ -393,6 +399,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
+    resolved.morph_targets = arguments.morph_targets == "keep" ? MorphTargets::kKeep : MorphTargets::kSparse;
     if (resolved.compat == Compat::kKhr && resolved.fallback == Fallback::kCoarse)
       throw CLI::ValidationError("--fallback", "coarse is for patches, and --compat khr writes none");
     resolved.options_of_patches = options_of_patches(command, resolved);
@@ -409,7 +416,8 @@ void group_encode_options(CLI::App& command) {
         "--quantize-generic", "--quantization-volume", "--lossless", "--origin"}},
       {"What is kept",
        {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
-      {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
+      {"What is written",
+       {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--morph-targets", "--as"}},
   };
   for (const auto& [group, names] : groups)
     for (const char* name : names)
@@ -437,6 +445,7 @@ std::string describe_options(const EncodeDocumentOptions& options, const OriginC
                  {"keep_duplicates", o.keep_duplicates},
                  {"fallback", static_cast<int>(o.fallback)},
                  {"compat", static_cast<int>(o.compat)},
+                 {"morph_targets", static_cast<int>(o.morph_targets)},
                  {"verify", o.verify}};
   const GivenBits& given = o.given;
   if (given.position || given.normal || given.texcoord || given.color || given.generic)

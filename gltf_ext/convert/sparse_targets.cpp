@@ -1,0 +1,237 @@
+#include "gltf_ext/convert/sparse_targets.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/drop_unused.h"
+#include "gltf_ext/document/unknown_references.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
+#include "gltf_ext/json/mesh_primitives.h"
+
+namespace psplit {
+namespace {
+
+// Calls visit(index) for the accessors of all morph targets, also of coarse primitives.
+template <AnyJson J, typename Visit>
+void for_each_target(J& json, Visit&& visit) {
+  const auto visit_list = [&](J& primitives) {
+    for (J& primitive : primitives)
+      if (J* targets = array_field(primitive, "targets"))
+        for (J& target : *targets)
+          if (target.is_object())
+            for (J& index : target) visit(index);
+  };
+  if (J* meshes = array_field(json, "meshes"))
+    for (J& mesh : *meshes) {
+      if (J* primitives = array_field(mesh, "primitives")) visit_list(*primitives);
+      if (J* others = other_primitives(mesh)) visit_list(*others);
+    }
+}
+
+// The views of an accessor, once for each place that names one.
+std::vector<int64_t> views_of(const AccessorRecord& accessor) {
+  std::vector<int64_t> views;
+  if (accessor.has_view()) views.push_back(accessor.elements.view);
+  if (accessor.sparse) views.insert(views.end(), {accessor.sparse->indices.view, accessor.sparse->values.view});
+  return views;
+}
+
+// Accessors that only morph targets use, and the views that only these use.
+struct TargetData {
+  std::vector<int64_t> accessors;
+  std::vector<int64_t> views;
+};
+
+TargetData find_targets(const Document& document) {
+  const Json& json = document.json();
+  const AssetRecords& records = document.records();
+  const DataUsers users(json);
+  std::map<int64_t, size_t> uses;
+  for_each_target(json, [&](const Json& index) { ++uses[integer_value(index).value_or(-1)]; });
+  const auto has_unknown_members = [&](int64_t index) {
+    const Json& accessor = json["accessors"][static_cast<size_t>(index)];
+    const Json* const sparse = object_field(accessor, "sparse");
+    return field(accessor, "extensions") != nullptr ||
+           (sparse != nullptr && (sparse->contains("extras") || sparse->contains("extensions")));
+  };
+  std::map<int64_t, size_t> uses_of_view;
+  for (const auto& [index, count] : uses)
+    if (index >= 0 && DataUsers::has(users.accessors, index, count) && !has_unknown_members(index))
+      for (const int64_t view : views_of(records.accessor(index))) ++uses_of_view[view];
+  // An accessor stays if one of its views does, and that view stays for the others that use it.
+  TargetData found;
+  for (bool is_settled = false; !is_settled;) {
+    is_settled = true;
+    found.accessors.clear();
+    for (auto& [index, count] : uses) {
+      if (index < 0 || !DataUsers::has(users.accessors, index, count) || has_unknown_members(index)) continue;
+      const std::vector<int64_t> views = views_of(records.accessor(index));
+      const bool is_own = std::ranges::all_of(views, [&](int64_t view) {
+        return !records.view(view).meshopt && DataUsers::has(users.views, view, uses_of_view[view]);
+      });
+      if (is_own)
+        found.accessors.push_back(index);
+      else if (!views.empty()) {
+        for (const int64_t view : views) --uses_of_view[view];
+        count = 0;
+        is_settled = false;
+      }
+    }
+  }
+  for (const auto& [view, count] : uses_of_view)
+    if (count > 0 && DataUsers::has(users.views, view, count)) found.views.push_back(view);
+  return found;
+}
+
+// Blocks of bytes that share a view. Blocks that are equal are stored once.
+class JoinedBlocks {
+ public:
+  // Where the block begins.
+  size_t add(std::vector<uint8_t> block) {
+    const auto [found, is_new] = begins_.try_emplace(std::move(block), 0);
+    if (is_new) {
+      bytes_.resize((bytes_.size() + 3) / 4 * 4);
+      found->second = bytes_.size();
+      bytes_.insert(bytes_.end(), found->first.begin(), found->first.end());
+    }
+    return found->second;
+  }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  std::map<std::vector<uint8_t>, size_t> begins_;
+  std::vector<uint8_t> bytes_;
+};
+
+std::vector<uint8_t> stored_values(const ValuesView& data, int target) {
+  std::vector<uint8_t> bytes(data.count * stored_stride(data, target));
+  write_values(data, target, bytes.data());
+  return bytes;
+}
+
+// The views and accessors that replace those of the targets.
+class NewTargets {
+ public:
+  // `first_view`: the number of views that the document has.
+  explicit NewTargets(size_t first_view) : next_view_(first_view) {}
+
+  // The accessor's JSON with new data.
+  Json describe(Json accessor, const AccessorData& data, ZeroSign sign) {
+    for (const char* name : {"bufferView", "byteOffset", "sparse"}) accessor.erase(name);
+    if (!bool_field_or(accessor, "normalized", false)) accessor.erase("normalized");
+    const std::vector<uint32_t> moved = elements_that_are_not_zero(data, sign);
+    if (moved.empty()) {
+      for (const char* name : {"min", "max"})
+        if (const Json* bound = array_field(accessor, name)) accessor[name] = Json::array_t(bound->size(), 0);
+      return accessor;
+    }
+    // What "sparse" takes in the JSON of a GLB beyond what "bufferView" does.
+    constexpr size_t kSparseJson = 100;
+    const size_t stride = stored_stride(data, kArrayBuffer);
+    if (sparse_bytes(data, moved) + kSparseJson >= data.count * stride) {
+      refer(accessor, dense_[stride], stored_values(data, kArrayBuffer), kArrayBuffer, stride);
+      return accessor;
+    }
+    SparseData kept = sparse_data(data, moved);
+    Json& sparse = accessor["sparse"] = {{"count", moved.size()}};
+    Json& indices = sparse["indices"] = {{"componentType", static_cast<int>(kept.index_type)}};
+    refer(indices, indices_, std::move(kept.indices), 0, 0);
+    refer(sparse["values"] = Json::object(), values_, std::move(kept.values), 0, 0);
+    return accessor;
+  }
+
+  struct View {
+    size_t number;
+    int target;
+    size_t stride;
+    JoinedBlocks blocks{};
+  };
+  // In the order of their numbers.
+  std::vector<const View*> views() const {
+    std::vector<const View*> views;
+    for (const auto* view : {&indices_, &values_})
+      if (*view) views.push_back(&**view);
+    for (const auto& [stride, view] : dense_)
+      if (view) views.push_back(&*view);
+    std::ranges::sort(views, {}, &View::number);
+    return views;
+  }
+
+ private:
+  void refer(Json& place, std::optional<View>& view, std::vector<uint8_t> block, int target, size_t stride) {
+    if (!view) view = View{next_view_++, target, stride};
+    place["bufferView"] = view->number;
+    if (const size_t begin = view->blocks.add(std::move(block)); begin > 0) place["byteOffset"] = begin;
+  }
+
+  size_t next_view_;
+  std::optional<View> indices_, values_;
+  std::map<size_t, std::optional<View>> dense_;  // by stride
+};
+
+}  // namespace
+
+void make_targets_sparse(Document& document, ZeroSign sign) {
+  const TargetData targets = find_targets(document);
+  if (targets.accessors.empty()) return;
+  const Json& json = std::as_const(document).json();
+  const auto json_of = [&](const char* list, int64_t i) -> const Json& {
+    return json[list][static_cast<size_t>(i)];
+  };
+  uint64_t before = 0, after = 0;
+  for (const int64_t view : targets.views)
+    before += json_line(json_of("bufferViews", view)).size() + document.records().view(view).range.bytes;
+
+  const Json* const views = array_field(json, "bufferViews");
+  NewTargets added(views == nullptr ? 0 : views->size());
+  std::map<std::string, int64_t> first;  // of the accessors that are equal
+  std::map<int64_t, Json> described;
+  std::map<int64_t, int64_t> equal;
+  for (const int64_t index : targets.accessors) {
+    const Expected<AccessorData> data = read_accessor(document, index);
+    if (!data) return;  // who needs it says what is wrong
+    Json accessor = added.describe(json_of("accessors", index), *data, sign);
+    const std::string text = json_line(accessor);
+    before += json_line(json_of("accessors", index)).size();
+    const auto [found, is_new] = first.try_emplace(text, index);
+    if (is_new) {
+      after += text.size();
+      described.emplace(index, std::move(accessor));
+    } else {
+      equal[index] = found->second;
+    }
+  }
+  constexpr size_t kViewJson = 100;
+  for (const NewTargets::View* view : added.views()) after += kViewJson + view->blocks.bytes().size();
+  if (after >= before) return;
+
+  for (const NewTargets::View* view : added.views()) {
+    append_buffer_view(document, view->blocks.bytes());
+    Json& object = document.json()["bufferViews"][view->number];
+    if (view->stride > 0) object["byteStride"] = view->stride;
+    if (view->target > 0) object["target"] = view->target;
+  }
+  Json& edited = document.json();
+  for (auto& [index, accessor] : described)
+    edited["accessors"][static_cast<size_t>(index)] = std::move(accessor);
+  std::vector<int64_t> freed;
+  for (const auto& [index, same] : equal) freed.push_back(index);
+  for_each_target(edited, [&](Json& index) {
+    const auto found = equal.find(integer_value(index).value_or(-1));
+    if (found != equal.end()) index = found->second;
+  });
+  // Where an accessor that goes keeps its number, it has no data.
+  for (const int64_t index : freed)
+    for (const char* name : {"bufferView", "byteOffset", "sparse"})
+      edited["accessors"][static_cast<size_t>(index)].erase(name);
+  drop_unused(document, freed);
+}
+
+}  // namespace psplit
