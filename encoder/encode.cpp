@@ -10,6 +10,7 @@
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/coding/target_codings.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
 #include "encoder/shared_codings.h"
@@ -28,7 +29,8 @@ Status check_bits(const char* what, int bits, int least) {
 Status check_options(const EncodeOptions& options) {
   for (const auto& [what, bits] :
        {std::pair("positions", options.position_bits), std::pair("texture coordinates", options.texcoord_bits),
-        std::pair("colours", options.color_bits), std::pair("generic attributes", options.generic_bits)})
+        std::pair("colours", options.color_bits), std::pair("generic attributes", options.generic_bits),
+        std::pair("morph targets", options.morph_bits)})
     if (Status status = check_bits(what, bits, 1); !status.ok()) return status;
   if (Status status = check_bits("normals", options.normal_bits, 2); !status.ok()) return status;
   if (options.encode_speed < 0 || options.encode_speed > kMostEncodeSpeed)
@@ -152,6 +154,7 @@ Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOpt
   std::atomic<size_t> done = 0;
   StreamOptions streams = stream_options(options, source.patch_count);
   streams.condense &= !source.is_condensed_later;
+  if (source.needs_container && streams.alone == Alone::kWhole) streams.alone = Alone::kNone;
   // Edgebreaker has no faces that repeat a point.
   streams.in_order =
       options.storage == Storage::kInOrder ||
@@ -298,6 +301,7 @@ Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options, cons
     note_rounded_numbers(coding, mesh);
     round_mesh_weights(mesh);
   }
+  choose_target_codings(meshes, coding);
   return {};
 }
 

@@ -20,7 +20,7 @@ bool holds_whole_numbers(const CodingBounds& bounds) { return !bounds.low.empty(
 // Whether glTF does not say what the numbers mean. Those to which it gives a meaning are geometry.
 bool holds_data(const Attribute& attribute) {
   constexpr const char* kGeometry[] = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "WEIGHTS_"};
-  return attribute.component_type == ComponentType::kFloat32 &&
+  return attribute.component_type == ComponentType::kFloat32 && !target_of(attribute.semantic) &&
          !std::ranges::any_of(kGeometry,
                               [&](const char* prefix) { return attribute.semantic.starts_with(prefix); });
 }
@@ -52,7 +52,8 @@ bool are_given(const Attribute& attribute, const CodingOptions& options) {
 
 int wanted_bits(const Attribute& attribute, const CodingOptions& options) {
   if (attribute.component_type != ComponentType::kFloat32 || options.lossless ||
-      names_features(attribute.semantic) || options.exact.contains(attribute.semantic))
+      names_features(attribute.semantic) || target_of(attribute.semantic) ||
+      options.exact.contains(attribute.semantic))
     return 0;
   const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
   if (is_direction(attribute)) return options.normal_bits < 2 ? 0 : options.normal_bits;

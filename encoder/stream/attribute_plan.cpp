@@ -75,12 +75,13 @@ std::vector<size_t> attribute_order(const Mesh& mesh) {
   return order;
 }
 
-std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                           const StreamTraits& traits,
+std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const size_t> seams_of,
+                                           std::span<const AttributeCoding> codings, const StreamTraits& traits,
                                            const std::function<bool(size_t)>& texture_may_overflow) {
   std::vector<AttributePlan> plans;
   const bool has_labels = !traits.labels.empty(),
              has_groups = !traits.is_sequential && traits.speed < kSpeedOfOneTable;
+  std::vector<uint32_t> group_of(mesh.attributes.size(), 0);
   uint32_t next_group = 1;
   for (const size_t i : has_labels ? own_order(mesh) : attribute_order(mesh)) {
     const Attribute& attribute = mesh.attributes[i];
@@ -89,8 +90,8 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const Att
                    : DracoLabel{draco_semantic(attribute, codings[i]), stored_type(attribute.component_type)};
     AttributePlan& plan = plans.emplace_back();
     plan.source = i;
-    if (has_groups && label.semantic != DracoSemantic::kPosition) plan.group = next_group++;
-    plan.by_degree = plan.group == 0 && !traits.is_sequential && traits.speed == kSpeedByDegree;
+    const bool has_own_seams = seams_of.empty() || seams_of[i] == i;
+    if (has_groups && label.semantic != DracoSemantic::kPosition && has_own_seams) group_of[i] = next_group++;
     core::Attribute<uint32_t>& description = plan.description;
     description.semantic = static_cast<uint8_t>(label.semantic);
     description.type = label.type;
@@ -106,6 +107,14 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const Att
     }
     if (description.coding == Coding::kNormal) plan.transform = Transform::kOctahedronCanonicalized;
   }
+  for (AttributePlan& plan : plans) {
+    const size_t i = plan.source;
+    plan.group = group_of[seams_of.empty() ? i : seams_of[i]];
+    plan.by_degree = plan.group == 0 && !traits.is_sequential && traits.speed == kSpeedByDegree;
+  }
+  // Where targets join the groups of others, these come together.
+  if (!seams_of.empty() && !std::ranges::equal(seams_of, own_order(mesh)))
+    std::ranges::stable_sort(plans, {}, &AttributePlan::group);
   const auto is_position = [](const AttributePlan& plan) {
     return static_cast<DracoSemantic>(plan.description.semantic) == DracoSemantic::kPosition;
   };
@@ -164,29 +173,31 @@ std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, 
   constexpr uint8_t kStandard = 0, kValence = 2, kDepthFirst = 0, kPredictionDegree = 1;
   out.push_back(is_valence ? kValence : kStandard);
   out.push_back(static_cast<uint8_t>(has_seams.size()));
-  const bool is_one_group = has_seams.empty();
-  const size_t group_count = is_one_group ? 1 : plans.size(), group_size = is_one_group ? plans.size() : 1;
-  out.push_back(static_cast<uint8_t>(group_count));
+  std::vector<std::span<const AttributePlan>> groups;
+  for (size_t first = 0, end = 0; first < plans.size(); first = end) {
+    while (end < plans.size() && plans[end].group == plans[first].group) ++end;
+    groups.push_back(plans.subspan(first, end - first));
+  }
+  out.push_back(static_cast<uint8_t>(groups.size()));
   constexpr uint8_t kNoData = 0xff;
-  for (size_t i = 0; i < group_count; ++i) {
-    const uint32_t group = plans[i].group;
+  for (const std::span<const AttributePlan> plans_of_group : groups) {
+    const uint32_t group = plans_of_group[0].group;
     out.push_back(group == 0 ? kNoData : static_cast<uint8_t>(group - 1));
     out.push_back(group == 0 || has_seams[group - 1] == 0 ? 0 : 1);  // whether it has a table of its own
-    out.push_back(plans[i].by_degree ? kPredictionDegree : kDepthFirst);
+    out.push_back(plans_of_group[0].by_degree ? kPredictionDegree : kDepthFirst);
   }
-  const auto group_of = [&](size_t group) { return plans.subspan(group * group_size, group_size); };
-  for (size_t group = 0; group < group_count; ++group) {
-    append_varint(group_size, out);
-    for (const AttributePlan& plan : group_of(group)) append_description(plan, out);
-    for (const AttributePlan& plan : group_of(group))
+  for (const std::span<const AttributePlan> plans_of_group : groups) {
+    append_varint(plans_of_group.size(), out);
+    for (const AttributePlan& plan : plans_of_group) append_description(plan, out);
+    for (const AttributePlan& plan : plans_of_group)
       out.push_back(static_cast<uint8_t>(plan.description.coding));
   }
-  for (size_t group = 0; group < group_count; ++group) {
-    for (const AttributePlan& plan : group_of(group)) {
+  for (const std::span<const AttributePlan> plans_of_group : groups) {
+    for (const AttributePlan& plan : plans_of_group) {
       append_scheme(plan, out);
       append_prediction_grid(plan, out);
     }
-    for (const AttributePlan& plan : group_of(group)) append_transform(plan, out);
+    for (const AttributePlan& plan : plans_of_group) append_transform(plan, out);
   }
   return out;
 }

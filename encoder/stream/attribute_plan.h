@@ -71,12 +71,13 @@ struct AttributePlan {
   bool is_predicted() const { return scheme != core::Scheme::kNone; }
 };
 
-// The plans of the attributes in the order of the stream. The grids of kQuantized are those of the codings:
+// The plans of the attributes in the order of the stream, group after group. `seams_of` is that of the welded
+// mesh (weld.h). The grids of kQuantized are those of the codings:
 // set_stream_grid (attribute_values.h) makes them libdraco's, if there are no labels. texture_may_overflow(i)
 // says for an attribute of the mesh that has texture coordinates whether to predict them by parallelogram,
 // because products with positions may exceed 64 bits.
-std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                           const StreamTraits& traits,
+std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const size_t> seams_of,
+                                           std::span<const AttributeCoding> codings, const StreamTraits& traits,
                                            const std::function<bool(size_t)>& texture_may_overflow);
 
 // The level of compression that libdraco's symbol encoder is told (DracoFields::symbol_level).
@@ -92,8 +93,8 @@ void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out
 void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 
 // The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
-// data, which are the attributes behind the first at speeds below kSpeedOfOneTable, whether an edge is on a
-// seam of theirs; empty from that speed on.
+// data, which are the groups behind the first at speeds below kSpeedOfOneTable, whether an edge is on a seam of
+// theirs; empty from that speed on.
 std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, bool is_valence,
                                           std::span<const uint8_t> has_seams);
 

@@ -61,7 +61,8 @@ Expected<EncodedAttributes> encode_attributes(const AttributeSource& source, con
                                               std::span<const core::Group<uint32_t>> groups,
                                               std::span<const uint32_t> point_of_corner) {
   EncodedAttributes out;
-  out.plans = plan_attributes(*source.welded.mesh, source.codings, traits, texture_may_overflow);
+  out.plans = plan_attributes(*source.welded.mesh, source.welded.seams_of, source.codings, traits,
+                              texture_may_overflow);
   AttributeEncoder encoder(source, !traits.labels.empty(), groups, point_of_corner);
   for (AttributePlan& plan : out.plans) {
     if (Status status = encoder.take(plan, groups[plan.group]); !status.ok()) return status;

@@ -73,6 +73,7 @@ class SmallestAttributes {
         groups_(connectivity.patch.groups.data(), connectivity.patch.groups.size()),
         source_{welded, codings, patch.points},
         encoder_(source_, false, groups_, connectivity.point_of_corner),
+        group_sizes_(groups_.size(), 0),
         face_count_(connectivity.patch.face_count),
         in_creation_order_(in_creation_order) {}
 
@@ -84,7 +85,9 @@ class SmallestAttributes {
     const StreamTraits traits{.speed = kSpeedOfOneTable - 1,
                               .point_count = static_cast<uint32_t>(patch_.points.size())};
     EncodedAttributes out;
-    out.plans = plan_attributes(*welded_.mesh, codings_, traits, [](size_t) { return false; });
+    out.plans =
+        plan_attributes(*welded_.mesh, welded_.seams_of, codings_, traits, [](size_t) { return false; });
+    for (const AttributePlan& plan : out.plans) ++group_sizes_[plan.group];
     std::vector<Tried> tried;
     for (AttributePlan& plan : out.plans) {
       Expected<Tried> all = try_all(plan, out.plans[0]);
@@ -130,8 +133,9 @@ class SmallestAttributes {
     });
     const bool is_created = in_creation_order_ && &plan == &positions;
     if (is_created) std::erase(schemes, Scheme::kConstrainedMultiParallelogram);
-    const bool has_walks =
-        !is_created && plan.description.coding != Coding::kRaw && !groups_[plan.group].per_corner;
+    // All attributes of a group have one walk.
+    const bool has_walks = !is_created && plan.description.coding != Coding::kRaw &&
+                           !groups_[plan.group].per_corner && group_sizes_[plan.group] == 1;
     Tried tried;
     size_t fewest = 0;
     Status refused;
@@ -181,6 +185,7 @@ class SmallestAttributes {
   const std::span<const core::Group<uint32_t>> groups_;
   const AttributeSource source_;
   AttributeEncoder encoder_;
+  std::vector<size_t> group_sizes_;  // the number of attributes
   const uint32_t face_count_;
   const bool in_creation_order_;
   WalkByDegree by_degree_;

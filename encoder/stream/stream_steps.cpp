@@ -60,6 +60,7 @@ Expected<EncodedConnectivity> connect_patch(const WeldedMesh& welded, const Patc
     return unsupported(std::to_string(patch.points.size()) + " points are too many for one stream");
   std::vector<std::vector<uint32_t>> values;
   for (const size_t i : attribute_order(*welded.mesh)) {
+    if (!welded.has_own_seams(i)) continue;
     std::vector<uint32_t>& rows = values.emplace_back(patch.points.size());
     for (size_t p = 0; p < rows.size(); ++p) rows[p] = welded.value_of_point[i][patch.points[p]];
   }

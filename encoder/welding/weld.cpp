@@ -116,6 +116,32 @@ std::vector<uint32_t> full_duplicates(const WeldedMesh& welded, std::span<const 
   return duplicates;
 }
 
+// Targets have the seams of POSITION, of which there are none, or of the first attribute that has theirs.
+std::vector<size_t> find_seams_of(const WeldedMesh& welded, size_t position) {
+  const Mesh& mesh = *welded.mesh;
+  const auto changes_only_with = [&](size_t target, size_t other) {
+    const std::vector<uint32_t>&values = welded.value_of_point[target], &others = welded.value_of_point[other];
+    for (uint32_t point = 0; point < mesh.point_count; ++point)
+      if (values[point] != values[others[point]]) return false;
+    return true;
+  };
+  std::vector<size_t> seams_of(mesh.attributes.size()), candidates = {position};
+  for (size_t i = 0; i < seams_of.size(); ++i) {
+    seams_of[i] = i;
+    if (i != position && !target_of(mesh.attributes[i].semantic)) candidates.push_back(i);
+  }
+  for (size_t i = 0; i < seams_of.size(); ++i) {
+    if (!target_of(mesh.attributes[i].semantic)) continue;
+    const auto found =
+        std::ranges::find_if(candidates, [&](size_t other) { return changes_only_with(i, other); });
+    if (found != candidates.end())
+      seams_of[i] = *found;
+    else
+      candidates.push_back(i);  // targets are often alike
+  }
+  return seams_of;
+}
+
 }  // namespace
 
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
@@ -177,6 +203,7 @@ WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
       welded.value_of_point[position + 1 == attribute_count ? 0 : attribute_count - 1];
   for (const uint32_t point : full_duplicates(welded, welded.value_of_point[position], pool))
     last[point] = point;
+  welded.seams_of = find_seams_of(welded, position);
   return welded;
 }
 

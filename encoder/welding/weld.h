@@ -17,6 +17,11 @@ struct WeldedMesh {
   const Mesh* mesh = nullptr;
   // For each attribute of the mesh and each point, the lowest point that has the same value.
   std::vector<std::vector<uint32_t>> value_of_point;
+  // For each attribute the attribute whose seams it has: itself, unless it is a morph target that changes only
+  // where another attribute does. Streams store the seams of the other one. Empty: each has its own.
+  std::vector<size_t> seams_of{};
+
+  bool has_own_seams(size_t attribute) const { return seams_of.empty() || seams_of[attribute] == attribute; }
 };
 
 // For each row of `bytes`, the lowest row with the same `stride` bytes and, if `group` is not empty, the same

@@ -569,7 +569,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   if (options.fallback == Fallback::kCoarse)
     if (Status status = add_coarse_primitives(document, options.coarse_share, backend, pool); !status.ok())
       return status;
-  if (options.morph_targets == MorphTargets::kSparse && limits.memory == 0)
+  if (options.morph_targets != MorphTargets::kKeep && limits.memory == 0)
     make_targets_sparse(document, options.lossless ? ZeroSign::kKept : ZeroSign::kIgnored);
   return std::move(*reports);
 }

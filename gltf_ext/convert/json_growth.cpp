@@ -70,13 +70,12 @@ class GrowthOfJob {
   int64_t primitive(const EncodeJob& job, PrimitiveId id) const {
     const Json& before = primitive_json(document_, id);
     Json after = before;
-    Json attributes = Json::object();
-    for (const AttributeRequest& request : job.encoded.requests)
-      attributes[request.semantic] = request.unique_id;
     if (Json* extensions = object_field(after, "extensions"))
       for (const char* other : {kExtensionName, kStockExtensionName}) extensions->erase(other);
     const char* const name = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
-    after["extensions"][name] = {{"bufferView", document_.records().views.size()}, {"attributes", attributes}};
+    const AssetRecords& records = document_.records();
+    after["extensions"][name] = draco_extension(static_cast<int64_t>(records.views.size()),
+                                                job.encoded.requests, records.primitive(id).targets.size());
     if (field(after, "indices") == nullptr) after["indices"] = document_.records().accessors.size();
     const auto pieces = static_cast<int64_t>(job.piece_count());
     return pieces * text_bytes(after) - text_bytes(before) + pieces - 1;

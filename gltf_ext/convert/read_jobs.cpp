@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "gltf_ext/convert/texture_reads.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
+#include "src/core/attributes.h"
 #include "src/mesh/select_points.h"
 
 namespace psplit {
@@ -156,6 +158,7 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   }
   if (!mesh) return mesh.status();
   job.source.mesh = std::move(*mesh);
+  job.morphs = take_targets(job.source.mesh);
   if (job.source.mesh.faces.empty()) {
     skipped = "no triangles";
     return {};
@@ -175,8 +178,66 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
     return {};
   }
   if (!morphs) return morphs.status();
-  job.morphs = std::move(*morphs);
+  std::ranges::move(*morphs, std::back_inserter(job.morphs));
   return {};
+}
+
+bool is_zero(const MorphAttribute& morph) {
+  return elements_that_are_not_zero(morph.data, ZeroSign::kIgnored).empty();
+}
+
+// Moves morph targets to the attributes of meshes that get containers. Of floats, plan() finds the grids.
+void move_targets_to_meshes(std::vector<EncodeJob>& jobs, const EncodeDocumentOptions& options) {
+  if (options.morph_targets == MorphTargets::kKeep || options.morph_targets == MorphTargets::kSparse ||
+      options.compat == Compat::kKhr || options.storage == Storage::kOneStream)
+    return;
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.face_count);
+  const EncodeOptions of_meshes = options.of_meshes();
+  const std::vector<uint32_t> counts = patch_counts(faces, of_meshes.patches);
+  const bool all_are_in_containers = options.morph_targets == MorphTargets::kPatches || options.condenses() ||
+                                     of_meshes.storage == Storage::kContainer;
+  for (size_t k = 0; k < jobs.size(); ++k) {
+    EncodeJob& job = jobs[k];
+    if (!all_are_in_containers && counts[k] < 2) continue;
+    Mesh& mesh = job.source.mesh;
+    std::vector<MorphAttribute> others;
+    for (MorphAttribute& morph : job.morphs) {
+      const ComponentType type = morph.data.component_type;
+      const bool fits = type == ComponentType::kFloat32
+                            ? !options.lossless && mesh.find(morph.semantic) != nullptr
+                            : type != ComponentType::kUint32;
+      if (fits && mesh.attributes.size() < core::kMaxAttributes && !is_zero(morph)) {
+        mesh.attributes.push_back(attribute_of(std::move(morph)));
+        job.source.needs_container = true;
+      } else {
+        others.push_back(std::move(morph));
+      }
+    }
+    job.morphs = std::move(others);
+  }
+}
+
+// Floats without a grid would be stored as they are. A sparse accessor takes fewer bytes.
+void take_exact_targets(EncodeJob& job) {
+  MeshToEncode& source = job.source;
+  std::vector<Attribute>& attributes = source.mesh.attributes;
+  bool has_targets = false;
+  for (size_t i = 0; i < attributes.size(); ++i) {
+    const auto target = target_of(attributes[i].semantic);
+    const bool is_exact =
+        attributes[i].component_type == ComponentType::kFloat32 && source.codings[i].bits == 0;
+    has_targets |= target && !is_exact;
+    if (!target || !is_exact) continue;
+    Attribute& a = attributes[i];
+    job.morphs.push_back(
+        {target->number,
+         target->semantic,
+         {a.component_type, a.component_count, a.normalized, source.mesh.point_count, std::move(a.values)}});
+    attributes.erase(attributes.begin() + static_cast<std::ptrdiff_t>(i));
+    source.codings.erase(source.codings.begin() + static_cast<std::ptrdiff_t>(i--));
+  }
+  source.needs_container &= has_targets;
 }
 
 }  // namespace
@@ -235,6 +296,7 @@ Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOpt
                                const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs,
                                const ThreadPool& pool) {
   GridGroups groups{options.volume, joined_meshes(jobs)};
+  move_targets_to_meshes(jobs, options);
   note_stated_grids(document, options, jobs, pool);
   EncodeOptions of_meshes = options.of_meshes();
   of_meshes.exact.merge(metadata_attributes(document.json()));
@@ -256,6 +318,7 @@ Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOpt
   if (!planned.ok())
     return jobs.empty() ? std::move(planned) : std::move(planned).at(jobs[failed].place(document));
   if (options.volume == QuantizationVolume::kScene) fit_scene(document, jobs);
+  for (EncodeJob& job : jobs) take_exact_targets(job);
   return groups;
 }
 

@@ -202,6 +202,8 @@ class RecordReader {
     }
     draco.view = index_below(records_.views.size(), field(*extension, "bufferView"));
     draco.status = read_requests(*extension, primitive, draco.requests);
+    if (draco.status.ok() && name == std::string_view(kExtensionName))
+      draco.status = read_target_requests(*extension, primitive, draco.requests);
     if (draco.view < 0) draco.status = invalid_input("the extension has no bufferView");
     return draco;
   }
@@ -211,15 +213,39 @@ class RecordReader {
     const Json* ids = object_field(extension, "attributes");
     if (ids == nullptr || ids->empty()) return invalid_input("the extension has no attributes");
     for (const auto& [semantic, id] : ids->items()) {
-      const auto unique_id = integer_value(id);
-      if (!unique_id || *unique_id < 0 || *unique_id > UINT32_MAX)
-        return invalid_input("the extension's attribute " + semantic + " has no unique id");
-      const int64_t index = primitive.accessor_of(semantic);
-      if (index < 0) return invalid_input("the extension's attribute " + semantic + " has no accessor");
-      const AccessorRecord& accessor = records_.accessor(index);
-      requests.push_back({semantic, static_cast<uint32_t>(*unique_id), accessor.layout.component_type,
-                          accessor.layout.component_count(), accessor.normalized});
+      if (target_of(semantic))
+        return invalid_input("the extension's attribute " + semantic + " is a morph target");
+      if (Status status = read_request(semantic, id, primitive, requests); !status.ok()) return status;
     }
+    return {};
+  }
+
+  // The morph targets that a container stores: an object for each target of the primitive.
+  Status read_target_requests(const Json& extension, const PrimitiveRecord& primitive,
+                              std::vector<AttributeRequest>& requests) const {
+    const Json* targets = field(extension, "targets");
+    if (targets == nullptr) return {};
+    if (!targets->is_array() || targets->size() != primitive.targets.size())
+      return invalid_input("the extension's targets are not as many as those of the primitive");
+    for (size_t t = 0; t < targets->size(); ++t) {
+      if (!(*targets)[t].is_object()) return invalid_input("the extension's targets are not objects");
+      for (const auto& [semantic, id] : (*targets)[t].items())
+        if (Status status = read_request(name_of_target(t, semantic), id, primitive, requests); !status.ok())
+          return status;
+    }
+    return {};
+  }
+
+  Status read_request(const std::string& semantic, const Json& id, const PrimitiveRecord& primitive,
+                      std::vector<AttributeRequest>& requests) const {
+    const auto unique_id = integer_value(id);
+    if (!unique_id || *unique_id < 0 || *unique_id > UINT32_MAX)
+      return invalid_input("the extension's attribute " + semantic + " has no unique id");
+    const int64_t index = primitive.accessor_of(semantic);
+    if (index < 0) return invalid_input("the extension's attribute " + semantic + " has no accessor");
+    const AccessorRecord& accessor = records_.accessor(index);
+    requests.push_back({semantic, static_cast<uint32_t>(*unique_id), accessor.layout.component_type,
+                        accessor.layout.component_count(), accessor.normalized});
     return {};
   }
 
@@ -314,11 +340,15 @@ bool DracoRecord::stores(const std::string& semantic) const {
                      [&](const AttributeRequest& request) { return request.semantic == semantic; });
 }
 
-int64_t PrimitiveRecord::accessor_of(const std::string& semantic) const {
-  const auto found = std::find_if(attributes.begin(), attributes.end(), [&](const AttributeRecord& attribute) {
+int64_t PrimitiveRecord::accessor_of(const std::string& name) const {
+  const std::optional<MorphTarget> target = target_of(name);
+  if (target && target->number >= targets.size()) return -1;
+  const std::string& semantic = target ? target->semantic : name;
+  const AttributeRecords& list = target ? targets[target->number] : attributes;
+  const auto found = std::find_if(list.begin(), list.end(), [&](const AttributeRecord& attribute) {
     return attribute.semantic == semantic;
   });
-  return found == attributes.end() ? -1 : found->accessor;
+  return found == list.end() ? -1 : found->accessor;
 }
 
 uint64_t AssetRecords::points_of(const PrimitiveRecord& primitive) const {

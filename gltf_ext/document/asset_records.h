@@ -115,8 +115,9 @@ using AttributeRecords = std::vector<AttributeRecord>;  // in the order of the J
 // One of the two Draco extensions of a primitive.
 struct DracoRecord {
   int64_t view = -1;
-  std::vector<AttributeRequest> requests{};  // the stored attributes, with the types of their accessors
-  Status status{};                           // what is wrong with the extension
+  // The stored attributes, with the types of their accessors. Morph targets have the names of name_of_target.
+  std::vector<AttributeRequest> requests{};
+  Status status{};  // what is wrong with the extension
 
   bool stores(const std::string& semantic) const;
 };
@@ -140,8 +141,8 @@ struct PrimitiveRecord {
   }
   // The extension that counts; null if the primitive is plain.
   const DracoRecord* draco() const { return patches ? &*patches : stock ? &*stock : nullptr; }
-  // The accessor of an attribute, or -1.
-  int64_t accessor_of(const std::string& semantic) const;
+  // The accessor of an attribute, or of the deltas of a target by their name (name_of_target), or -1.
+  int64_t accessor_of(const std::string& name) const;
 };
 
 struct AssetRecords {

@@ -70,11 +70,24 @@ bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> i
   });
 }
 
+Json draco_extension(int64_t buffer_view, std::span<const AttributeRequest> requests, size_t target_count) {
+  Json attributes = Json::object();
+  Json targets = Json::array_t(target_count, Json::object());
+  bool has_targets = false;
+  for (const AttributeRequest& request : requests) {
+    const std::optional<MorphTarget> target = target_of(request.semantic);
+    has_targets |= target.has_value();
+    (target ? targets[target->number][target->semantic] : attributes[request.semantic]) = request.unique_id;
+  }
+  Json extension{{"bufferView", buffer_view}, {"attributes", std::move(attributes)}};
+  if (has_targets) extension["targets"] = std::move(targets);
+  return extension;
+}
+
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
                          std::span<const AttributeRequest> requests) {
-  Json attributes = Json::object();
-  for (const AttributeRequest& request : requests) attributes[request.semantic] = request.unique_id;
-  const Json extension{{"bufferView", buffer_view}, {"attributes", attributes}};
+  const size_t targets = document.records().primitive(group.ids.front()).targets.size();
+  const Json extension = draco_extension(buffer_view, requests, targets);
   for (const PrimitiveId id : group.ids) {
     Json& primitive = primitive_json(document, id);
     if (Json* extensions = object_field(primitive, "extensions"))
@@ -189,11 +202,16 @@ void PrimitiveEditor::fill(int64_t index, const ValuesView& data, int target, Ge
 
 void PrimitiveEditor::set_attribute(const PrimitiveGroup& group, const MeshView::Values& attribute,
                                     GeometryData data, const Placed* placed, const Bounds* bounds) {
-  const std::string& semantic = attribute.semantic;
-  const Json& attributes = primitive_json(document_, group.ids.front())["attributes"];
-  const int64_t index = accessor_to_edit(group, semantic, field(attributes, semantic.c_str()));
+  const std::optional<MorphTarget> target = target_of(attribute.semantic);
+  const std::string& semantic = target ? target->semantic : attribute.semantic;
+  const auto list = [&](PrimitiveId id) -> Json& {
+    Json& primitive = primitive_json(document_, id);
+    return target ? primitive["targets"][target->number] : primitive["attributes"];
+  };
+  const int64_t index =
+      accessor_to_edit(group, attribute.semantic, field(list(group.ids.front()), semantic.c_str()));
   fill(index, attribute.values, kArrayBuffer, data, semantic == "POSITION", placed, bounds);
-  for (const PrimitiveId id : group.ids) primitive_json(document_, id)["attributes"][semantic] = index;
+  for (const PrimitiveId id : group.ids) list(id)[semantic] = index;
 }
 
 void PrimitiveEditor::set_indices(const PrimitiveGroup& group, const ValuesView& indices, GeometryData data,
@@ -250,7 +268,7 @@ void PrimitiveEditor::set_morphs(const PrimitiveGroup& group, const std::vector<
     const int64_t before = integer_value(*current(morph)).value_or(-1);
     const auto [found, is_new] = edited.try_emplace(before, 0);
     if (is_new) {
-      const std::string role = "target " + std::to_string(morph.target) + " " + morph.semantic;
+      const std::string role = name_of_target(morph.target, morph.semantic);
       found->second = accessor_to_edit(group, role, current(morph), uses[before]);
       fill(found->second, morph.data, kArrayBuffer,
            morph.sparse ? GeometryData::kSparse : GeometryData::kInBufferViews, morph.semantic == "POSITION");

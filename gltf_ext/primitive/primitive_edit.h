@@ -28,6 +28,10 @@ const Json& primitive_json(const Document& document, PrimitiveId id);
 // buffer views, or coarse primitives of the mesh.
 bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> ids);
 
+// A primitive's extension, which names the attributes and the morph targets that a container or a stream
+// stores. target_count: those of the primitive.
+Json draco_extension(int64_t buffer_view, std::span<const AttributeRequest> requests, size_t target_count);
+
 // Makes the container or stream in a buffer view the extension `name` of the group's primitives. Replaces any
 // Draco extension that they had.
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,

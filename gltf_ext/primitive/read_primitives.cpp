@@ -192,10 +192,15 @@ Expected<LinesOrPoints> read_lines_or_points(const Document& document, Primitive
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count) {
   const AssetRecords& records = document.records();
-  const std::vector<AttributeRecords>& targets = records.primitive(id).targets;
+  const PrimitiveRecord& primitive = records.primitive(id);
+  const std::vector<AttributeRecords>& targets = primitive.targets;
+  const auto is_in_container = [&](size_t target, const std::string& semantic) {
+    return primitive.patches && primitive.patches->stores(name_of_target(target, semantic));
+  };
   uint64_t unbacked_bytes = 0;  // before memory is allocated for any
-  for (const AttributeRecords& target : targets)
-    for (const auto& [semantic, index] : target) {
+  for (size_t t = 0; t < targets.size(); ++t)
+    for (const auto& [semantic, index] : targets[t]) {
+      if (is_in_container(t, semantic)) continue;
       const AccessorRecord& accessor = records.accessor(index);
       if (point_count && accessor.count != *point_count)
         return invalid_input("morph target " + semantic + " has " + std::to_string(accessor.count) +
@@ -207,12 +212,31 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
   std::vector<MorphAttribute> morphs;
   for (size_t t = 0; t < targets.size(); ++t)
     for (const auto& [semantic, index] : targets[t]) {
+      if (is_in_container(t, semantic)) continue;
       const AccessorRecord& accessor = records.accessor(index);
       Expected<AccessorData> data = read_accessor(document, index);
       if (!data) return data.status().at(place_of(id));
       morphs.push_back({t, semantic, std::move(*data), accessor.sparse || !accessor.has_view()});
     }
   return morphs;
+}
+
+std::vector<MorphAttribute> take_targets(Mesh& mesh) {
+  std::vector<MorphAttribute> morphs;
+  for (Attribute& a : mesh.attributes)
+    if (auto target = target_of(a.semantic))
+      morphs.push_back(
+          {target->number,
+           std::move(target->semantic),
+           {a.component_type, a.component_count, a.normalized, mesh.point_count, std::move(a.values)}});
+  std::erase_if(mesh.attributes, [](const Attribute& a) { return target_of(a.semantic).has_value(); });
+  return morphs;
+}
+
+Attribute attribute_of(MorphAttribute morph) {
+  AccessorData& data = morph.data;
+  return {name_of_target(morph.target, morph.semantic), data.component_type, data.component_count,
+          data.normalized, std::move(data.values)};
 }
 
 Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id) {

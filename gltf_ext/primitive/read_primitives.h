@@ -35,10 +35,16 @@ struct MorphAttribute {
   AccessorData data;
   bool sparse = false;  // its accessor is sparse, or has no buffer view
 };
-// All attributes of all morph targets, in the order of the primitive's `targets`. If `point_count` is given,
-// another count is kInvalidInput.
+// All attributes of all morph targets that accessors have, in the order of the primitive's `targets`. If
+// `point_count` is given, another count is kInvalidInput. Those in a container come with its mesh
+// (name_of_target).
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count = {});
+
+// Takes those that came with a mesh, in the order of its attributes.
+std::vector<MorphAttribute> take_targets(Mesh& mesh);
+// Makes a mesh's attribute of one.
+Attribute attribute_of(MorphAttribute morph);
 
 // The data of a compressed primitive. The document owns the bytes. Errors: kInvalidInput; kUnsupported if the
 // bytes are missing (buffer_view_bytes).

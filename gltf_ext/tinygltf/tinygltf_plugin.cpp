@@ -101,8 +101,11 @@ class ModelEditor {
       const int number = accessor_for(geometry, geometry.accessors[k]);
       point(model_.accessors[static_cast<size_t>(number)], geometry.stored.point_count(), parts[1 + k],
             TINYGLTF_TARGET_ARRAY_BUFFER);
+      const std::string& name = geometry.stored.attributes()[k].semantic;
+      const auto target = target_of(name);
       for (const PrimitivePlace& user : geometry.users)
-        primitive(user).attributes[geometry.stored.attributes()[k].semantic] = number;
+        (target ? primitive(user).targets[target->number][target->semantic]
+                : primitive(user).attributes[name]) = number;
     }
     for (const PrimitivePlace& user : geometry.users) {
       primitive(user).mode = TINYGLTF_MODE_TRIANGLES;

@@ -61,6 +61,9 @@ struct CodingOptions {
   // Grids of given bits stay, even if they lose what the mesh tells apart.
   GivenBits given{};
   std::set<std::string> exact{};  // names of attributes that are kept exactly
+  // Of morph targets. Their step is that which the grid of the attribute that they change would have with so
+  // many bits; 0: the step that it has.
+  int morph_bits = 0;
 
   // For callers who do not know what the user states: bits that differ from the default count as given.
   PSPLIT_EXPORT void give_changed_bits();
@@ -207,11 +210,12 @@ struct MeshToEncode {
   std::vector<AttributeCoding> stated{};
 
   bool is_condensed_later = false;  // by the caller, who has more streams to condense
+  bool needs_container = false;     // Storage::kAsFits stores it as a container, also if it is not split
 
   // plan() sets all of these.
   std::vector<AttributeCoding> codings{};  // of each attribute; until encode() the caller may change them
   std::vector<PrecisionNote> notes{};      // what was done for its precision, and what it loses
-  std::vector<Attribute> unrounded{};      // the weights as they were
+  std::vector<Attribute> unrounded{};      // weights and morph targets as they were
   uint32_t patch_count = 1;
 };
 

@@ -34,11 +34,15 @@ inline constexpr uint64_t kLeastCoarseFaces = 100;
 // more than once.
 enum class Compat { kNone, kKhr };
 
-// How morph targets are stored. All deltas are equal to those of the input. kSparse takes -0 for 0 in deltas
-// that are zero, but not if EncodeOptions::lossless is set.
+// How morph targets are stored. kSparse keeps all deltas as they are, but takes -0 for 0 in deltas that are
+// zero unless EncodeOptions::lossless is set. kPatches rounds deltas to a grid of the step of what they change
+// (CodingOptions::morph_bits); those that have no such grid, and targets of primitives that no container has,
+// are stored as by kSparse.
 enum class MorphTargets {
-  kKeep,
-  kSparse,  // as sparse accessors where that takes fewer bytes. Targets that are zero everywhere take none
+  kAsFits,   // kPatches for primitives that are in containers anyway: split, condensed, or PatchTarget::always
+  kKeep,     // as in the input
+  kSparse,   // as sparse accessors where that takes fewer bytes. Targets that are zero everywhere take none
+  kPatches,  // as attributes of the patches. A primitive with targets gets a container
 };
 
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
@@ -55,7 +59,7 @@ struct EncodeDocumentOptions : EncodeOptions {
   // Attributes that are left out, such as "TEXCOORD_1". kUsage if the asset needs one of them, as a texture its
   // coordinates.
   std::vector<std::string> skip{};
-  MorphTargets morph_targets = MorphTargets::kSparse;  // targets that meshoptimizer compressed stay so
+  MorphTargets morph_targets = MorphTargets::kAsFits;  // accessors that meshoptimizer compressed stay so
   Fallback fallback = Fallback::kNone;                 // kCoarse not with Compat::kKhr
   double coarse_share = kCoarseShare;                  // of the faces of a mesh that its coarse primitives have
   Compat compat = Compat::kNone;  // kKhr: without condensed streams and boxes; no unused points are kept

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -62,7 +63,7 @@ using Array = std::vector<T, Unzeroed<T>>;
 
 // One value for each point, tightly packed.
 struct Attribute {
-  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0
+  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0; or a name_of_target
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;  // 1 to 16 (MAT4)
   bool normalized = false;
@@ -70,6 +71,29 @@ struct Attribute {
 
   size_t stride() const { return component_bytes(component_type) * component_count; }
 };
+
+// The deltas of a morph target are attributes of the mesh: those of POSITION of the first target have the name
+// "targets/0/POSITION". No attribute of glTF has such a name.
+struct MorphTarget {
+  size_t number = 0;
+  std::string semantic;  // POSITION, NORMAL, TANGENT, ...
+};
+inline std::string name_of_target(size_t number, const std::string& semantic) {
+  return "targets/" + std::to_string(number) + "/" + semantic;
+}
+// Nothing if the name is not that of a target.
+inline std::optional<MorphTarget> target_of(const std::string& name) {
+  constexpr size_t kPrefix = sizeof("targets/") - 1, kMostDigits = 9;
+  if (name.compare(0, kPrefix, "targets/") != 0) return std::nullopt;
+  MorphTarget target;
+  size_t at = kPrefix;
+  for (; at < name.size() && name[at] >= '0' && name[at] <= '9'; ++at)
+    target.number = 10 * target.number + static_cast<size_t>(name[at] - '0');
+  if (at == kPrefix || at - kPrefix > kMostDigits || at + 1 >= name.size() || name[at] != '/')
+    return std::nullopt;
+  target.semantic = name.substr(at + 1);
+  return target;
+}
 
 // One triangle primitive. All parts of psplit exchange meshes in this form.
 struct Mesh {

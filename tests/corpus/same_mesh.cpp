@@ -34,9 +34,7 @@ Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const 
   if (!morphs) return morphs.status();
   for (MorphAttribute& morph : *morphs) {
     if (morph.data.count != mesh->point_count) return invalid_input("a morph target of another point count");
-    mesh->attributes.push_back({"target " + std::to_string(morph.target) + " " + morph.semantic,
-                                morph.data.component_type, morph.data.component_count, morph.data.normalized,
-                                std::move(morph.data.values)});
+    mesh->attributes.push_back(attribute_of(std::move(morph)));
   }
   return mesh;
 }
@@ -181,8 +179,7 @@ bool has_limits(const std::string& name) {
 // The tolerances for the default options of `gltf-psplit encode`.
 Tolerance default_tolerance(const Attribute& attribute, const Extent& extent) {
   const std::string& name = attribute.semantic;
-  if (attribute.component_type != ComponentType::kFloat32 || name.starts_with("target "))
-    return exact_tolerance();
+  if (attribute.component_type != ComponentType::kFloat32 || target_of(name)) return exact_tolerance();
   const std::vector<float> values = values_of<float>(attribute);
   if (name == "NORMAL" && attribute.component_count == 3) {
     for (size_t at = 0; at < values.size(); at += 3)

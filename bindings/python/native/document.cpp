@@ -63,9 +63,10 @@ std::vector<ReadPrimitive> read_all(const Document& document, const ThreadPool& 
   }
   for (ReadPrimitive& primitive : read) {
     if (!primitive.status.ok() || document.records().primitive(primitive.id).targets.empty()) continue;
+    primitive.morphs = take_targets(primitive.mesh);
     auto morphs = read_morph_targets(document, primitive.id, primitive.mesh.point_count);
     primitive.status = morphs.status();
-    if (morphs) primitive.morphs = std::move(*morphs);
+    if (morphs) std::ranges::move(*morphs, std::back_inserter(primitive.morphs));
   }
   return read;
 }

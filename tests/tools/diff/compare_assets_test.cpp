@@ -378,7 +378,7 @@ TEST(CompareAssets, MorphTargetsLinesAndPointsAreRead) {
   EXPECT_TRUE(same(meshes_of(document), meshes_of(document)));
   const AssetComparison comparison = compare(meshes_of(document), meshes_of(moved));
   ASSERT_FALSE(comparison.same());
-  EXPECT_EQ(comparison.first->attribute, "target 0 POSITION");
+  EXPECT_EQ(comparison.first->attribute, "targets/0/POSITION");
 
   const auto with_indices = [&](int mode, const std::vector<uint16_t>& indices) {
     Document drawn = document_from_mesh(make_grid(3, 2));

@@ -41,7 +41,10 @@ double extent(AssetPrimitives primitives, const std::string& attribute) {
 
 }  // namespace
 
-std::string kind_of(const std::string& attribute) { return attribute.substr(attribute.rfind(' ') + 1); }
+std::string kind_of(const std::string& attribute) {
+  const std::optional<MorphTarget> target = target_of(attribute);
+  return target ? target->semantic : attribute;
+}
 
 ColumnLimits ColumnLimiter::limits_of(const std::string& attribute) {
   ColumnLimits limits;

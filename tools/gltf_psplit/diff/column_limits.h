@@ -15,7 +15,7 @@ namespace psplit {
 
 using AssetPrimitives = std::span<const AssetPrimitive* const>;
 
-// The semantic without its morph target: POSITION for "target 0 POSITION".
+// The semantic without its morph target: POSITION for "targets/0/POSITION".
 std::string kind_of(const std::string& attribute);
 
 // How one attribute is compared: a limit for each primitive of either side.

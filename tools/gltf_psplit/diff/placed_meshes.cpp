@@ -56,7 +56,7 @@ void place(AssetPrimitive& primitive, const Transform& transform, const PreciseP
   primitive.origin = origin;
   const auto [shortest, longest] = axes(transform);
   std::erase_if(primitive.view.attributes,
-                [](const MeshView::Values& attribute) { return attribute.semantic.starts_with("target "); });
+                [](const MeshView::Values& attribute) { return target_of(attribute.semantic).has_value(); });
   for (MeshView::Values& attribute : primitive.view.attributes) {
     const std::string& name = attribute.semantic;
     ValuesView& values = attribute.values;

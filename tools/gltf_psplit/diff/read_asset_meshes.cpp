@@ -58,8 +58,7 @@ Status add_morph_targets(const Document& document, AssetPrimitive& primitive) {
   if (!morphs) return morphs.status();
   for (MorphAttribute& morph : *morphs) {
     const auto data = std::make_shared<const AccessorData>(std::move(morph.data));
-    primitive.view.attributes.push_back(
-        {"target " + std::to_string(morph.target) + " " + morph.semantic, *data});
+    primitive.view.attributes.push_back({name_of_target(morph.target, morph.semantic), *data});
     primitive.owned.push_back(data);
   }
   return {};

@@ -27,8 +27,8 @@ struct AssetPrimitive {
   size_t whole = 0;  // index of what it is part of: a mesh, or a scene
   int64_t material = -1;
   int corner_count = 3;  // of each element: 3 for triangles, 2 for lines, 1 for points
-  // Three indices for each element, of which the first corner_count count. Morph targets are attributes:
-  // "target 0 POSITION".
+  // Three indices for each element, of which the first corner_count count. Morph targets are attributes
+  // (name_of_target).
   MeshView view;
   std::map<std::string, DeclaredGrid> grids{};
   // What positions are relative to. Zeros unless the caller knows it; see set_origin.

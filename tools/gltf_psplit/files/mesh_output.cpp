@@ -134,6 +134,7 @@ class SceneParts {
     if (!view) {
       Expected<Mesh> mesh = read_primitive(document_, id, cpu_backend(), pool_);
       if (!mesh) return mesh.status();
+      take_targets(*mesh);
       view = psplit::view_of(meshes_.emplace_back(std::move(*mesh)));
     }
     own_face_count_ += view->indices.count / 3;

@@ -133,11 +133,14 @@ void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
       "loaders open. Points on borders are stored once for each patch, and decoding does not join "
       "them. At most 8 patches of a primitive by default, because each is a draw call");
   add_choice_option(
-      command, "--morph-targets", arguments.morph_targets, {"keep", "sparse"},
-      "sparse, the default: morph targets become sparse accessors where that takes fewer bytes, and those that "
-      "are zero everywhere take none. All deltas stay as they are, and every viewer reads them. keep: they "
-      "stay "
-      "as the input has them");
+      command, "--morph-targets", arguments.morph_targets, {"fit", "keep", "sparse", "patches"},
+      "sparse: sparse accessors where these take fewer bytes, and none for targets that are zero everywhere; "
+      "all "
+      "deltas stay as they are, and every viewer reads them. patches: attributes of the patches, which take "
+      "the "
+      "fewest bytes; each primitive with targets gets PSPLIT_mesh_draco_patches. fit, the default: patches for "
+      "primitives that are in patches anyway, because they are large, condensed, or --always-patches is given; "
+      "sparse for all others. keep: as the input has them");
 }
 
 void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
@@ -156,10 +159,10 @@ void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
 // The given options that patches of the input cannot follow, because they are not encoded again.
 std::string options_of_patches(const CLI::App& command, const EncodeDocumentOptions& options) {
   std::string given;
-  for (const char* name :
-       {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance", "--no-refine",
-        "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantization-volume", "--encode-speed", "--fallback", "--order", "--boxes"}) {
+  for (const char* name : {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance",
+                           "--no-refine", "--quantize-position", "--quantize-normal", "--quantize-texcoord",
+                           "--quantize-color", "--quantize-generic", "--quantize-morph",
+                           "--quantization-volume", "--encode-speed", "--fallback", "--order", "--boxes"}) {
     const bool is_followed =
         name == std::string_view("--fallback") && options.fallback != Fallback::kUncompressed;
     if (command.count(name) > 0 && !is_followed) given += (given.empty() ? "" : ", ") + std::string(name);
@@ -319,10 +322,17 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
   add_bits("--quantize-generic", options.generic_bits, given.generic, 1,
            "all other float attributes. Without the option, those "
            "whose values are all whole numbers keep them, with as many bits as they need");
+  command
+      .add_option(
+          "--quantize-morph", options.morph_bits,
+          "Bits of morph targets in patches, counted as if their grid was that of the attribute that they "
+          "change. Without the option they have its step")
+      ->check(CLI::Range(1, kMostGridBits))
+      ->type_name("BITS");
   CLI::Option* lossless =
       command.add_flag("--lossless", options.lossless, "Keep every float exactly, without quantization");
   for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
-                           "--quantize-color", "--quantize-generic"})
+                           "--quantize-color", "--quantize-generic", "--quantize-morph"})
     lossless->excludes(command.get_option(name));
   if (fits_mesh) lossless->excludes("--max-error");
   command
@@ -399,7 +409,10 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
-    resolved.morph_targets = arguments.morph_targets == "keep" ? MorphTargets::kKeep : MorphTargets::kSparse;
+    resolved.morph_targets = arguments.morph_targets == "keep"      ? MorphTargets::kKeep
+                             : arguments.morph_targets == "sparse"  ? MorphTargets::kSparse
+                             : arguments.morph_targets == "patches" ? MorphTargets::kPatches
+                                                                    : MorphTargets::kAsFits;
     if (resolved.compat == Compat::kKhr && resolved.fallback == Fallback::kCoarse)
       throw CLI::ValidationError("--fallback", "coarse is for patches, and --compat khr writes none");
     resolved.options_of_patches = options_of_patches(command, resolved);
@@ -413,7 +426,7 @@ void group_encode_options(CLI::App& command) {
         "--no-refine", "--order", "--boxes"}},
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantization-volume", "--lossless", "--origin"}},
+        "--quantize-generic", "--quantize-morph", "--quantization-volume", "--lossless", "--origin"}},
       {"What is kept",
        {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
       {"What is written",
@@ -426,27 +439,28 @@ void group_encode_options(CLI::App& command) {
 
 std::string describe_options(const EncodeDocumentOptions& options, const OriginChoice& origin) {
   const EncodeDocumentOptions& o = options;
-  Json described{{"format", kContainerVersion},
-                 {"patches", o.patches.count},
-                 {"least_patch_faces", o.patches.least_faces},
-                 {"patch_faces", o.patches.faces},
-                 {"most_patches", o.patches.most},
-                 {"min_faces", o.patches.min_faces},
-                 {"always_patches", o.patches.always},
-                 {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
-                 {"volume", static_cast<int>(o.volume)},
-                 {"refine", o.refine},
-                 {"method", static_cast<int>(o.method)},
-                 {"distance", static_cast<int>(o.distance)},
-                 {"encode_speed", o.encode_speed},
-                 {"lossless", o.lossless},
-                 {"keep_degenerate", o.keep_degenerate},
-                 {"keep_unused", o.keep_unused},
-                 {"keep_duplicates", o.keep_duplicates},
-                 {"fallback", static_cast<int>(o.fallback)},
-                 {"compat", static_cast<int>(o.compat)},
-                 {"morph_targets", static_cast<int>(o.morph_targets)},
-                 {"verify", o.verify}};
+  Json described{
+      {"format", kContainerVersion},
+      {"patches", o.patches.count},
+      {"least_patch_faces", o.patches.least_faces},
+      {"patch_faces", o.patches.faces},
+      {"most_patches", o.patches.most},
+      {"min_faces", o.patches.min_faces},
+      {"always_patches", o.patches.always},
+      {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits, o.morph_bits}},
+      {"volume", static_cast<int>(o.volume)},
+      {"refine", o.refine},
+      {"method", static_cast<int>(o.method)},
+      {"distance", static_cast<int>(o.distance)},
+      {"encode_speed", o.encode_speed},
+      {"lossless", o.lossless},
+      {"keep_degenerate", o.keep_degenerate},
+      {"keep_unused", o.keep_unused},
+      {"keep_duplicates", o.keep_duplicates},
+      {"fallback", static_cast<int>(o.fallback)},
+      {"compat", static_cast<int>(o.compat)},
+      {"morph_targets", static_cast<int>(o.morph_targets)},
+      {"verify", o.verify}};
   const GivenBits& given = o.given;
   if (given.position || given.normal || given.texcoord || given.color || given.generic)
     described["given_bits"] = {given.position, given.normal, given.texcoord, given.color, given.generic};
