@@ -218,8 +218,7 @@ bool compresses_again(const Document& document, const EncodeJob& job) {
   const std::vector<AttributeRecords>& targets = document.records().primitive(job.group.ids.front()).targets;
   return std::ranges::any_of(job.morphs, [&](const MorphAttribute& morph) {
     const auto found = std::ranges::find(targets[morph.target], morph.semantic, &AttributeRecord::semantic);
-    const AccessorRecord& accessor = document.records().accessor(found->accessor);
-    return document.records().file_bytes(accessor) != accessor.stored_bytes();
+    return document.records().is_meshopt(document.records().accessor(found->accessor));
   });
 }
 

@@ -187,7 +187,8 @@ bool is_zero(const MorphAttribute& morph) {
 }
 
 // Moves morph targets to the attributes of meshes that get containers. Of floats, plan() finds the grids.
-void move_targets_to_meshes(std::vector<EncodeJob>& jobs, const EncodeDocumentOptions& options) {
+void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jobs,
+                            const EncodeDocumentOptions& options) {
   if (options.morph_targets == MorphTargets::kKeep || options.morph_targets == MorphTargets::kSparse ||
       options.compat == Compat::kKhr || options.storage == Storage::kOneStream)
     return;
@@ -201,13 +202,20 @@ void move_targets_to_meshes(std::vector<EncodeJob>& jobs, const EncodeDocumentOp
     EncodeJob& job = jobs[k];
     if (!all_are_in_containers && counts[k] < 2) continue;
     Mesh& mesh = job.source.mesh;
+    const AssetRecords& records = document.records();
+    const PrimitiveRecord& primitive = records.primitive(job.group.ids.front());
+    const auto stays_compressed = [&](const MorphAttribute& morph) {
+      const int64_t accessor = primitive.accessor_of(name_of_target(morph.target, morph.semantic));
+      return options.morph_targets == MorphTargets::kAsFits && records.is_meshopt(records.accessor(accessor));
+    };
     std::vector<MorphAttribute> others;
     for (MorphAttribute& morph : job.morphs) {
       const ComponentType type = morph.data.component_type;
       const bool fits = type == ComponentType::kFloat32
                             ? !options.lossless && mesh.find(morph.semantic) != nullptr
                             : type != ComponentType::kUint32;
-      if (fits && mesh.attributes.size() < core::kMaxAttributes && !is_zero(morph)) {
+      if (fits && mesh.attributes.size() < core::kMaxAttributes && !is_zero(morph) &&
+          !stays_compressed(morph)) {
         mesh.attributes.push_back(attribute_of(std::move(morph)));
         job.source.needs_container = true;
       } else {
@@ -296,7 +304,7 @@ Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOpt
                                const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs,
                                const ThreadPool& pool) {
   GridGroups groups{options.volume, joined_meshes(jobs)};
-  move_targets_to_meshes(jobs, options);
+  move_targets_to_meshes(document, jobs, options);
   note_stated_grids(document, options, jobs, pool);
   EncodeOptions of_meshes = options.of_meshes();
   of_meshes.exact.merge(metadata_attributes(document.json()));

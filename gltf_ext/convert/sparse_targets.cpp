@@ -35,14 +35,6 @@ void for_each_target(J& json, Visit&& visit) {
     }
 }
 
-// The views of an accessor, once for each place that names one.
-std::vector<int64_t> views_of(const AccessorRecord& accessor) {
-  std::vector<int64_t> views;
-  if (accessor.has_view()) views.push_back(accessor.elements.view);
-  if (accessor.sparse) views.insert(views.end(), {accessor.sparse->indices.view, accessor.sparse->values.view});
-  return views;
-}
-
 // Accessors that only morph targets use, and the views that only these use.
 struct TargetData {
   std::vector<int64_t> accessors;
@@ -68,7 +60,7 @@ TargetData find_targets(const Document& document) {
   std::map<int64_t, size_t> uses_of_view;
   for (const auto& [index, count] : uses)
     if (index >= 0 && DataUsers::has(users.accessors, index, count) && !has_unknown_members(index))
-      for (const int64_t view : views_of(records.accessor(index))) ++uses_of_view[view];
+      for (const int64_t view : records.accessor(index).views()) ++uses_of_view[view];
   // An accessor stays if one of its views does, and that view stays for the others that use it.
   TargetData found;
   for (bool is_settled = false; !is_settled;) {
@@ -76,7 +68,7 @@ TargetData find_targets(const Document& document) {
     found.accessors.clear();
     for (auto& [index, count] : uses) {
       if (index < 0 || !DataUsers::has(users.accessors, index, count) || has_unknown_members(index)) continue;
-      const std::vector<int64_t> views = views_of(records.accessor(index));
+      const std::vector<int64_t> views = records.accessor(index).views();
       const bool is_own = std::ranges::all_of(views, [&](int64_t view) {
         return !records.view(view).meshopt && DataUsers::has(users.views, view, uses_of_view[view]);
       });

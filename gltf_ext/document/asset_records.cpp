@@ -220,18 +220,20 @@ class RecordReader {
     return {};
   }
 
-  // The morph targets that a container stores: an object for each target of the primitive.
+  // The morph targets that a container stores: for each semantic an id for each target of the primitive, or -1.
   Status read_target_requests(const Json& extension, const PrimitiveRecord& primitive,
                               std::vector<AttributeRequest>& requests) const {
     const Json* targets = field(extension, "targets");
     if (targets == nullptr) return {};
-    if (!targets->is_array() || targets->size() != primitive.targets.size())
-      return invalid_input("the extension's targets are not as many as those of the primitive");
-    for (size_t t = 0; t < targets->size(); ++t) {
-      if (!(*targets)[t].is_object()) return invalid_input("the extension's targets are not objects");
-      for (const auto& [semantic, id] : (*targets)[t].items())
-        if (Status status = read_request(name_of_target(t, semantic), id, primitive, requests); !status.ok())
-          return status;
+    if (!targets->is_object()) return invalid_input("the extension's targets are not an object");
+    for (const auto& [semantic, ids] : targets->items()) {
+      if (!ids.is_array() || ids.size() != primitive.targets.size())
+        return invalid_input("the extension's " + semantic + " of targets are not as many as the primitive's");
+      for (size_t t = 0; t < ids.size(); ++t) {
+        if (integer_value(ids[t]) == -1) continue;
+        Status status = read_request(name_of_target(t, semantic), ids[t], primitive, requests);
+        if (!status.ok()) return status;
+      }
     }
     return {};
   }

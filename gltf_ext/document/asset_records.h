@@ -91,6 +91,13 @@ struct AccessorRecord {
   std::optional<SparseRecord> sparse{};
 
   bool has_view() const { return elements.view >= 0; }
+  // Its views, once for each place that names one.
+  std::vector<int64_t> views() const {
+    std::vector<int64_t> views;
+    if (has_view()) views.push_back(elements.view);
+    if (sparse) views.insert(views.end(), {sparse->indices.view, sparse->values.view});
+    return views;
+  }
   uint64_t packed_bytes() const { return uint64_t{count} * layout.packed_bytes(); }
   // The bytes that buffer views have for it, without gaps between elements.
   uint64_t stored_bytes() const {
@@ -154,6 +161,13 @@ struct AssetRecords {
   const ViewRecord& view(int64_t index) const { return views[static_cast<size_t>(index)]; }
   const AccessorRecord& accessor(int64_t index) const { return accessors[static_cast<size_t>(index)]; }
   const PrimitiveRecord& primitive(PrimitiveId id) const { return meshes[id.mesh][id.primitive]; }
+
+  // Whether meshoptimizer compressed one of the accessor's views.
+  bool is_meshopt(const AccessorRecord& accessor) const {
+    const std::vector<int64_t> views = accessor.views();
+    return std::any_of(views.begin(), views.end(),
+                       [&](int64_t index) { return view(index).meshopt.has_value(); });
+  }
 
   // The bytes that a file has for the accessor's elements. Of a view that meshoptimizer compressed it is the
   // elements' share.

@@ -71,16 +71,19 @@ bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> i
 }
 
 Json draco_extension(int64_t buffer_view, std::span<const AttributeRequest> requests, size_t target_count) {
-  Json attributes = Json::object();
-  Json targets = Json::array_t(target_count, Json::object());
-  bool has_targets = false;
+  Json attributes = Json::object(), targets = Json::object();
   for (const AttributeRequest& request : requests) {
     const std::optional<MorphTarget> target = target_of(request.semantic);
-    has_targets |= target.has_value();
-    (target ? targets[target->number][target->semantic] : attributes[request.semantic]) = request.unique_id;
+    if (!target) {
+      attributes[request.semantic] = request.unique_id;
+      continue;
+    }
+    Json& ids = targets[target->semantic];
+    if (!ids.is_array()) ids = Json::array_t(target_count, -1);
+    ids[target->number] = request.unique_id;
   }
   Json extension{{"bufferView", buffer_view}, {"attributes", std::move(attributes)}};
-  if (has_targets) extension["targets"] = std::move(targets);
+  if (!targets.empty()) extension["targets"] = std::move(targets);
   return extension;
 }
 

@@ -56,33 +56,34 @@ Expected<Key> key_of(const tinygltf::Primitive& primitive, Compression compressi
   const tinygltf::Value& attributes = extension.Get("attributes");
   if (!attributes.IsObject() || attributes.Size() == 0) return invalid_input("the extension has no attributes");
   Key key{*view, {}, {}, primitive.indices, compression, is_list};
-  const auto add_all = [&](const tinygltf::Value& ids, const std::map<std::string, int>& accessors,
-                           const auto& name_of) -> Status {
-    for (const std::string& semantic : ids.Keys()) {
-      const std::string name = name_of(semantic);
-      const auto unique_id = unsigned_value(ids.Get(semantic));
-      const auto accessor = accessors.find(semantic);
-      if (!unique_id) return invalid_input("the extension's attribute " + name + " has no unique id");
-      if (accessor == accessors.end())
-        return invalid_input("the extension's attribute " + name + " has no accessor");
-      key.attributes.emplace_back(name, *unique_id);
-      key.accessors.push_back(accessor->second);
-    }
+  const auto add = [&](const std::string& name, const tinygltf::Value& id,
+                       const std::map<std::string, int>& accessors, const std::string& semantic) -> Status {
+    const auto unique_id = unsigned_value(id);
+    const auto accessor = accessors.find(semantic);
+    if (!unique_id) return invalid_input("the extension's attribute " + name + " has no unique id");
+    if (accessor == accessors.end())
+      return invalid_input("the extension's attribute " + name + " has no accessor");
+    key.attributes.emplace_back(name, *unique_id);
+    key.accessors.push_back(accessor->second);
     return {};
   };
-  Status status =
-      add_all(attributes, primitive.attributes, [](const std::string& semantic) { return semantic; });
-  if (!status.ok()) return status;
+  for (const std::string& semantic : attributes.Keys()) {
+    Status status = add(semantic, attributes.Get(semantic), primitive.attributes, semantic);
+    if (!status.ok()) return status;
+  }
   if (compression != Compression::kPatches || !extension.Has("targets")) return key;
   const tinygltf::Value& targets = extension.Get("targets");
-  if (!targets.IsArray() || targets.ArrayLen() != primitive.targets.size())
-    return invalid_input("the extension's targets are not as many as those of the primitive");
-  for (size_t t = 0; t < primitive.targets.size(); ++t) {
-    const tinygltf::Value& ids = targets.Get(static_cast<int>(t));
-    if (!ids.IsObject()) return invalid_input("the extension's targets are not objects");
-    status = add_all(ids, primitive.targets[t],
-                     [&](const std::string& semantic) { return name_of_target(t, semantic); });
-    if (!status.ok()) return status;
+  if (!targets.IsObject()) return invalid_input("the extension's targets are not an object");
+  for (const std::string& semantic : targets.Keys()) {
+    const tinygltf::Value& ids = targets.Get(semantic);
+    if (!ids.IsArray() || ids.ArrayLen() != primitive.targets.size())
+      return invalid_input("the extension's " + semantic + " of targets are not as many as the primitive's");
+    for (size_t t = 0; t < primitive.targets.size(); ++t) {
+      const tinygltf::Value& id = ids.Get(static_cast<int>(t));
+      if (id.IsNumber() && id.GetNumberAsInt() == -1) continue;
+      Status status = add(name_of_target(t, semantic), id, primitive.targets[t], semantic);
+      if (!status.ok()) return status;
+    }
   }
   return key;
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -40,6 +41,17 @@ inline Json& accessor_of(Document& document, const char* semantic, size_t mesh =
 
 inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t primitive = 0) {
   return read_primitive(document, {mesh, primitive}, reference_backend(), test_pool());
+}
+
+// All morph targets: those in the container, then those that accessors have, each in the order of their numbers.
+inline std::vector<MorphAttribute> read_all_targets(const Document& document, size_t mesh = 0,
+                                                    size_t primitive = 0) {
+  Mesh decoded = must(read(document, mesh, primitive));
+  std::vector<MorphAttribute> morphs = take_targets(decoded);
+  for (MorphAttribute& morph : must(read_morph_targets(document, {mesh, primitive}, decoded.point_count)))
+    morphs.push_back(std::move(morph));
+  std::ranges::stable_sort(morphs, {}, &MorphAttribute::target);
+  return morphs;
 }
 
 // Appends a mesh with 32-bit indices.

@@ -191,14 +191,14 @@ TEST(SparseTargets, AnAssetThatWouldGrowStays) {
 
 TEST(SparseTargets, AreTheDefaultOfEncode) {
   for (const bool lossless : {false, true})
-    for (const MorphTargets wanted : {MorphTargets::kKeep, MorphTargets::kSparse}) {
+    for (const MorphTargets wanted : {MorphTargets::kKeep, MorphTargets::kSparse, MorphTargets::kAsFits}) {
       Document document = characters();
       EncodeDocumentOptions options;
-      EXPECT_EQ(options.morph_targets, MorphTargets::kSparse);
+      EXPECT_EQ(options.morph_targets, MorphTargets::kAsFits);
       options.morph_targets = wanted;
       options.lossless = lossless;
-      must(encode(document, options));
-      const bool is_sparse = wanted == MorphTargets::kSparse;
+      must(encode_document(document, options, reference_backend(), test_pool()));
+      const bool is_sparse = wanted != MorphTargets::kKeep;
       EXPECT_EQ(accessor_of_target(document, 0, 0).contains("sparse"), is_sparse);
       EXPECT_EQ(accessor_of_target(document, 0, 2).contains("bufferView"), !is_sparse);
       EXPECT_EQ(accessor_of_target(document, 0, 3).contains("bufferView"), !is_sparse || lossless);
