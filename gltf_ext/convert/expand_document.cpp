@@ -36,6 +36,12 @@ Expected<Mesh> decode_written(const Expanded& expanded, std::span<const Attribut
   return container ? cpu_backend().decode(*container, requests, pool) : container.status();
 }
 
+// Stock Draco has no names for morph targets.
+bool has_targets(const StoredPrimitive& stored) {
+  return std::ranges::any_of(
+      stored.requests, [](const AttributeRequest& request) { return target_of(request.semantic).has_value(); });
+}
+
 Expected<Expanded> expand_bytes(const StoredPrimitive& stored, bool allows_other_points,
                                 const ThreadPool& pool) {
   const Expected<PatchContainer> container = open_container(stored.bytes);
@@ -43,7 +49,7 @@ Expected<Expanded> expand_bytes(const StoredPrimitive& stored, bool allows_other
   Expanded result;
   if (container->condensed_count() == 0) return result;
   // Stock Draco repeats points where the stitch map of a single patch joins them.
-  result.is_draco = container->entries.size() == 1 && !container->has_residue &&
+  result.is_draco = container->entries.size() == 1 && !container->has_residue && !has_targets(stored) &&
                     (container->reference_count() == 0 || allows_other_points);
   auto expanded = result.is_draco ? expand_patch(*container, 0) : expand_container(*container, pool);
   if (!expanded) return expanded.status();
@@ -57,7 +63,14 @@ Expected<Expanded> expand_bytes(const StoredPrimitive& stored, bool allows_other
 
 bool has_own_points(const AssetRecords& records, const PrimitiveRecord& primitive) {
   const auto has_data = [&](int64_t accessor) { return accessor < 0 || records.accessor(accessor).has_view(); };
-  return !primitive.targets.empty() || has_data(primitive.indices) ||
+  const auto is_elsewhere = [&](size_t target) {
+    return std::ranges::any_of(primitive.targets[target], [&](const AttributeRecord& deltas) {
+      return !primitive.patches->stores(name_of_target(target, deltas.semantic)) || has_data(deltas.accessor);
+    });
+  };
+  bool has_other_targets = false;
+  for (size_t t = 0; t < primitive.targets.size(); ++t) has_other_targets |= is_elsewhere(t);
+  return has_other_targets || has_data(primitive.indices) ||
          std::ranges::any_of(primitive.attributes, [&](const AttributeRecord& attribute) {
            return !primitive.patches->stores(attribute.semantic) || has_data(attribute.accessor);
          });

@@ -74,9 +74,10 @@ class PrimitiveChecker {
       check_bounds(accessor, semantic, values);
       check_fallback(accessor, semantic, values, values.value_bytes());
     }
-    for (const AttributeRecords& target : primitive_.targets)
-      for (const auto& [semantic, accessor] : target)
-        check_count(accessor, "morph target " + semantic, mesh.point_count);
+    for (size_t t = 0; t < primitive_.targets.size(); ++t)
+      for (const auto& [semantic, accessor] : primitive_.targets[t])
+        if (const std::string name = name_of_target(t, semantic); !primitive_.patches->stores(name))
+          check_count(accessor, name, mesh.point_count);
     check_indices(mesh);
   }
 

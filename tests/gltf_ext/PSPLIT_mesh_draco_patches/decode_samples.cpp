@@ -71,15 +71,22 @@ struct Asset {
     const Json& extension = primitive.at("extensions").at("PSPLIT_mesh_draco_patches");
     PrimitiveSource source;
     source.bytes = view(extension.at("bufferView").get<size_t>());
-    for (const auto& [semantic, id] : extension.at("attributes").items()) {
-      const Json& accessor = json.at("accessors").at(primitive.at("attributes").at(semantic).get<size_t>());
+    const auto add = [&](const std::string& name, const Json& id, const Json& index) {
+      const Json& accessor = json.at("accessors").at(index.get<size_t>());
       const std::string type = accessor.at("type").get<std::string>();
-      source.attributes.push_back({semantic, id.get<uint32_t>(),
+      source.attributes.push_back({name, id.get<uint32_t>(),
                                    static_cast<ComponentType>(accessor.at("componentType").get<int>()),
                                    static_cast<uint8_t>(type == "SCALAR" ? 1 : type.back() - '0'),
                                    accessor.value("normalized", false)});
       source.point_count = accessor.at("count").get<uint64_t>();
-    }
+    };
+    for (const auto& [semantic, id] : extension.at("attributes").items())
+      add(semantic, id, primitive.at("attributes").at(semantic));
+    if (!extension.contains("targets")) return source;
+    for (const auto& [semantic, ids] : extension.at("targets").items())
+      for (size_t t = 0; t < ids.size(); ++t)
+        if (ids.at(t) != -1)
+          add(name_of_target(t, semantic), ids.at(t), primitive.at("targets").at(t).at(semantic));
     return source;
   }
 };
@@ -155,8 +162,11 @@ int main(int argc, char** argv) try {
       check_streams(*primitive);
       const std::string name = std::to_string(m) + "." + std::to_string(p) + ".";
       write(fs::path(argv[2]) / (name + "indices"), arrays.indices);
-      for (size_t k = 0; k < arrays.values.size(); ++k)
-        write(fs::path(argv[2]) / (name + primitive->attributes()[k].semantic), arrays.values[k]);
+      for (size_t k = 0; k < arrays.values.size(); ++k) {
+        std::string semantic = primitive->attributes()[k].semantic;
+        std::replace(semantic.begin(), semantic.end(), '/', '.');  // names of targets
+        write(fs::path(argv[2]) / (name + semantic), arrays.values[k]);
+      }
     }
   }
 } catch (const std::exception& error) {

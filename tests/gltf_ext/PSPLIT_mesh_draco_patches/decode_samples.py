@@ -10,7 +10,8 @@ for asset, expected in json.loads((samples / "expected.json").read_text()).items
         subprocess.run([*program, samples / asset, folder], check=True)
         found = {path.name: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
     for number, primitive in enumerate(expected["primitives"]):
-        wanted = {"indices": primitive["indices_sha256"], **primitive["attributes_sha256"]}
+        wanted = {"indices": primitive["indices_sha256"], **primitive["attributes_sha256"],
+                  **{name.replace("/", "."): digest for name, digest in primitive.get("targets_sha256", {}).items()}}
         for name, digest in wanted.items():
             values = found.pop(f"0.{number}.{name}")
             if hashlib.sha256(values).hexdigest() != digest:

@@ -54,6 +54,12 @@ function compare(file, expected) {
       const wanted = accessor_bytes(plain, decoded.attributes[semantic]);
       check(same(values, wanted), `${what}: other values of ${semantic}`);
     }
+    mesh.targets.forEach((target, t) => {
+      for (const [semantic, values] of Object.entries(target)) {
+        uses.targets = (uses.targets ?? 0) + 1;
+        check(same(values, accessor_bytes(plain, decoded.targets[t][semantic])), `${what}: target ${t}: other ${semantic}`);
+      }
+    });
     if (asset.json.accessors[primitive.indices].bufferView !== undefined) {
       uses.fallbacks = (uses.fallbacks ?? 0) + 1;
       const indices = accessor_indices(asset, primitive.indices);
@@ -67,6 +73,9 @@ function compare(file, expected) {
     const is = { points: mesh.points, indices: mesh.indices.length,
       indices_sha256: sha256(new Uint8Array(mesh.indices.buffer)),
       attributes_sha256: Object.fromEntries(Object.entries(mesh.attributes).sort().map(([k, v]) => [k, sha256(v)])) };
+    const targets = mesh.targets.flatMap((target, t) =>
+      Object.entries(target).map(([k, v]) => [`targets/${t}/${k}`, sha256(v)]));
+    if (targets.length > 0) is.targets_sha256 = Object.fromEntries(targets.sort());
     check(JSON.stringify(is) === JSON.stringify(expected.primitives[i]), `${what}: not what expected.json says`);
   });
   check(any, `${name}: no primitive with patches`);
@@ -132,7 +141,7 @@ ways.forEach((way, i) => {
   compare(encoded);
 });
 // Every feature of the format must occur, or else it is not tested.
-for (const use of ['residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'fallbacks',
+for (const use of ['targets', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'fallbacks',
   'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets', 'border_values',
   'split_events', 'seams', 'raw_values', 'creases', 'orientations', 'flips', 'backward', 'means', 'values_by_0_parallelograms',
   'values_by_1_parallelograms', 'values_by_2_parallelograms'])

@@ -363,15 +363,27 @@ export function decode_container(draco, bytes, requests) {
   return { points, indices, values, uses };
 }
 
-// The decoded primitive: points, indices, and for each semantic that the container stores its bytes.
+// The decoded primitive: points, indices, and for each semantic that the container stores its bytes. `targets` has those of
+// morph targets.
 export function decode_primitive(draco, asset, primitive) {
   const extension = primitive.extensions.PSPLIT_mesh_draco_patches;
-  const semantics = Object.keys(extension.attributes);
-  const requests = semantics.map((semantic) => {
-    const { componentType, type } = asset.json.accessors[primitive.attributes[semantic]];
-    return { id: extension.attributes[semantic], componentType, components: kComponents[type] };
+  const stored = Object.keys(extension.attributes).map((semantic) =>
+    ({ semantic, id: extension.attributes[semantic], accessor: primitive.attributes[semantic] }));
+  for (const [semantic, ids] of Object.entries(extension.targets ?? {})) {
+    if (!Array.isArray(ids) || ids.length !== primitive.targets?.length) throw new Invalid('targets');
+    ids.forEach((id, target) => {
+      if (id !== -1) stored.push({ semantic, id, target, accessor: primitive.targets[target][semantic] });
+    });
+  }
+  const requests = stored.map(({ id, accessor }) => {
+    const { componentType, type } = asset.json.accessors[accessor];
+    return { id, componentType, components: kComponents[type] };
   });
   const mesh = decode_container(draco, buffer_view(asset, extension.bufferView), requests);
-  mesh.attributes = Object.fromEntries(semantics.map((semantic, k) => [semantic, mesh.values[k]]));
+  mesh.attributes = {};
+  mesh.targets = (primitive.targets ?? []).map(() => ({}));
+  stored.forEach(({ semantic, target }, k) => {
+    (target === undefined ? mesh.attributes : mesh.targets[target])[semantic] = mesh.values[k];
+  });
   return mesh;
 }
