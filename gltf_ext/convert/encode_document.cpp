@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gltf_ext/convert/coarse_primitives.h"
+#include "gltf_ext/convert/compress_rest.h"
 #include "gltf_ext/convert/condense_document.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_job.h"
@@ -550,6 +551,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     return wrong_usage("coarse primitives are for loaders without patches, and Compat::kKhr writes none");
   if (!(wanted.coarse_share >= 0 && wanted.coarse_share <= 1))
     return wrong_usage("coarse_share is not between 0 and 1");
+  if (Status status = check_rest(wanted, limits); !status.ok()) return status;
   EncodeDocumentOptions options = wanted;
   if (document.spooled && document.spooled->are_repeated) options.keep_duplicates = false;
 
@@ -570,6 +572,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
       return status;
   if (options.morph_targets != MorphTargets::kKeep && limits.memory == 0)
     make_targets_sparse(document, options.lossless ? ZeroSign::kKept : ZeroSign::kIgnored);
+  if (Status status = compress_rest(document, options, pool); !status.ok()) return status;
   return std::move(*reports);
 }
 

@@ -23,6 +23,9 @@ bool is_legal_meshopt(const MeshoptRecord& view);
 bool decode_meshopt_rows(const MeshoptRecord& view, std::span<const uint8_t> bytes, uint8_t* rows);
 void undo_meshopt_filter(const MeshoptRecord& view, uint8_t* rows);
 
+// kUsage in a build without meshoptimizer, which compresses nothing.
+Status check_meshopt_encoder();
+
 // Compresses view.count rows by the view's mode, without its filter. Returns nothing if they would not come
 // back with the same bytes.
 std::vector<uint8_t> encode_meshopt_rows(const MeshoptRecord& view, std::span<const uint8_t> rows);

@@ -12,6 +12,7 @@
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
+#include "gltf_ext/document/store_meshopt.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
 
@@ -19,7 +20,7 @@ namespace psplit {
 
 // Values that a compressed view has, or had.
 struct MeshoptViews::Slot {
-  Place place;
+  ElementsPlace place;
   bool is_new = false;  // the values are in another view
   uint64_t offset = 0;  // in the compressed view
   int64_t from_view = -1;
@@ -28,21 +29,12 @@ struct MeshoptViews::Slot {
   size_t width = 0;  // the bytes of one
 };
 
-template <typename J>
-J* MeshoptViews::place_in(J& accessors, Place place) {
-  J& accessor = accessors[static_cast<size_t>(place.first)];
-  if (place.second == kElements) return field(accessor, "bufferView") == nullptr ? nullptr : &accessor;
-  J* sparse = object_field(accessor, "sparse");
-  return sparse == nullptr ? nullptr
-                           : object_field(*sparse, place.second == kSparseIndices ? "indices" : "values");
-}
-
 void MeshoptViews::lose(const Document& document, int64_t accessor) {
   const Json& json = document.json();
   const Json* views = array_field(json, "bufferViews");
-  for (const Role role : kRoles) {
-    const Place place{accessor, role};
-    const Json* const found = views == nullptr ? nullptr : place_in(json["accessors"], place);
+  for (const ElementsRole role : kElementsRoles) {
+    const ElementsPlace place{accessor, role};
+    const Json* const found = views == nullptr ? nullptr : elements_json(json["accessors"], place);
     const int64_t view = found == nullptr ? -1 : integer_field(*found, "bufferView").value_or(-1);
     const Json* const compressed = view < 0 ? nullptr : element(*views, view);
     if (compressed == nullptr || meshopt_extension(*compressed) == nullptr) continue;
@@ -58,7 +50,8 @@ std::map<int64_t, std::vector<MeshoptViews::Slot>> MeshoptViews::slots(const Doc
   const AssetRecords& records = document.records();
   std::map<int64_t, std::vector<Slot>> slots;
   std::set<int64_t> touched = touched_;
-  const auto visit = [&](Place place, const ElementsRecord& at, uint64_t count, size_t width, uint64_t stride) {
+  const auto visit = [&](ElementsPlace place, const ElementsRecord& at, uint64_t count, size_t width,
+                         uint64_t stride) {
     const ViewRecord& view = records.view(at.view);
     Slot slot{place, false, at.offset, at.view, at.offset, stride > 0 ? stride : width, count, width};
     if (gone.contains(place.first)) {
@@ -76,12 +69,13 @@ std::map<int64_t, std::vector<MeshoptViews::Slot>> MeshoptViews::slots(const Doc
     const auto index = static_cast<int64_t>(i);
     const size_t bytes = accessor.layout.stored_bytes();
     if (accessor.has_view())
-      visit({index, kElements}, accessor.elements, accessor.count, bytes,
+      visit({index, ElementsRole::kElements}, accessor.elements, accessor.count, bytes,
             records.view(accessor.elements.view).stride);
     if (!accessor.sparse) continue;
     const SparseRecord& sparse = *accessor.sparse;
-    visit({index, kSparseIndices}, sparse.indices, sparse.count, component_bytes(sparse.index_type), 0);
-    visit({index, kSparseValues}, sparse.values, sparse.count, bytes, 0);
+    visit({index, ElementsRole::kSparseIndices}, sparse.indices, sparse.count,
+          component_bytes(sparse.index_type), 0);
+    visit({index, ElementsRole::kSparseValues}, sparse.values, sparse.count, bytes, 0);
   }
   std::erase_if(slots, [&](const auto& entry) { return !touched.contains(entry.first); });
   return slots;
@@ -97,7 +91,7 @@ class MeshoptViews::Rebuilt {
   void run(std::vector<Slot> slots, bool is_shared) {
     if (!open()) return;
     const auto fits = [&](const Slot& slot) {
-      const bool is_strided = slot.place.second == kElements && has_stride_;
+      const bool is_strided = slot.place.second == ElementsRole::kElements && has_stride_;
       return is_strided ? slot.offset % stride_ + slot.width <= stride_ : slot.width == stride_;
     };
     std::erase_if(slots, [&](const Slot& slot) { return slot.is_new && (!fits(slot) || slot.count == 0); });
@@ -230,29 +224,14 @@ class MeshoptViews::Rebuilt {
   }
 
   void store(std::span<const uint8_t> bytes, bool is_shared) {
-    const int64_t stored = append_buffer_view(document_, bytes);
     Json& json = document_.json();
     Json& views = json["bufferViews"];
-    const Json placed = std::move(views[static_cast<size_t>(stored)]);
-    views.erase(static_cast<size_t>(stored));
-    const int64_t target = is_shared ? stored : view_;
+    const auto target = is_shared ? static_cast<int64_t>(views.size()) : view_;
     if (is_shared) views.push_back(Json(views[static_cast<size_t>(view_)]));
-    Json& view = views[static_cast<size_t>(target)];
-    const auto buffer = static_cast<size_t>(views_[static_cast<size_t>(view_)].range.buffer);
-    std::vector<uint8_t>& decoded = document_.buffers[buffer].own();
-    decoded.resize((decoded.size() + 7) / 8 * 8);
-    view["byteOffset"] = decoded.size();
-    view["byteLength"] = plain_.size();
-    decoded.insert(decoded.end(), plain_.begin(), plain_.end());
-    json["buffers"][buffer]["byteLength"] = decoded.size();
-    Json& meshopt = *meshopt_extension(view);
-    meshopt.update(placed);  // buffer, byteOffset, byteLength
-    meshopt["count"] = meshopt_.count;
-    meshopt["mode"] = meshopt_.mode;
-    if (field(meshopt, "filter") != nullptr) meshopt["filter"] = meshopt_.filter;
+    store_meshopt_rows(document_, static_cast<size_t>(target), meshopt_, bytes, plain_);
     for (const Group& group : groups_)
       for (const Slot& slot : group.slots) {
-        Json& place = *place_in(json["accessors"], slot.place);
+        Json& place = *elements_json(json["accessors"], slot.place);
         const uint64_t offset = group.first * stride_ + slot.offset % stride_;
         place["bufferView"] = target;
         if (offset != 0 || field(place, "byteOffset") != nullptr) place["byteOffset"] = offset;

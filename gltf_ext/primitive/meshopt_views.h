@@ -5,11 +5,10 @@
 #include <cstdint>
 #include <map>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/json/json.h"
+#include "gltf_ext/primitive/elements_place.h"
 
 namespace psplit {
 
@@ -23,10 +22,6 @@ class MeshoptViews {
   void compress_again(Document& document, const std::vector<int64_t>& freed);
 
  private:
-  // Where an accessor names a view: for its elements, for sparse indices, or for sparse values.
-  enum Role { kElements, kSparseIndices, kSparseValues };
-  static constexpr Role kRoles[] = {kElements, kSparseIndices, kSparseValues};
-  using Place = std::pair<int64_t, Role>;
   struct Origin {
     int64_t view;
     uint64_t offset;
@@ -34,12 +29,10 @@ class MeshoptViews {
   struct Slot;
   class Rebuilt;
 
-  template <typename J>
-  static J* place_in(J& accessors, Place place);
   std::map<int64_t, std::vector<Slot>> slots(const Document& document, const std::set<int64_t>& gone) const;
 
-  std::map<Place, Origin> origins_;  // where values were that are stored elsewhere now
-  std::set<int64_t> touched_;        // views that lost values
+  std::map<ElementsPlace, Origin> origins_;  // where values were that are stored elsewhere now
+  std::set<int64_t> touched_;                // views that lost values
 };
 
 }  // namespace psplit

@@ -14,11 +14,12 @@ bool is_readable_meshopt(const MeshoptRecord&, std::span<const uint8_t>) { retur
 bool is_legal_meshopt(const MeshoptRecord&) { return true; }
 bool decode_meshopt_rows(const MeshoptRecord&, std::span<const uint8_t>, uint8_t*) { return false; }
 void undo_meshopt_filter(const MeshoptRecord&, uint8_t*) {}
+Status check_meshopt_encoder() {
+  return wrong_usage("this psplit was built without meshoptimizer (PSPLIT_WITH_MESHOPTIMIZER=OFF)");
+}
 std::vector<uint8_t> encode_meshopt_rows(const MeshoptRecord&, std::span<const uint8_t>) { return {}; }
 
 // Not kUnsupported: the mesh is not what is refused, so it is not left as it is.
-Expected<std::vector<Faces>> simplify(std::span<const Mesh>, uint64_t) {
-  return wrong_usage("this psplit was built without meshoptimizer (PSPLIT_WITH_MESHOPTIMIZER=OFF)");
-}
+Expected<std::vector<Faces>> simplify(std::span<const Mesh>, uint64_t) { return check_meshopt_encoder(); }
 
 }  // namespace psplit

@@ -45,6 +45,18 @@ enum class MorphTargets {
   kPatches,  // as attributes of the patches. A primitive with targets gets a container
 };
 
+// Whether meshoptimizer compresses what stays in buffer views, such as animations, morph targets and points,
+// and the extension that says so: EXT_meshopt_compression or KHR_meshopt_compression.
+enum class MeshoptRest { kNo, kExt, kKhr };
+// Of animations that meshoptimizer compresses. Times of keys, and splines, are exact.
+inline constexpr int kLeastAnimationBits = 2, kMostAnimationBits = 24;
+inline constexpr int kLeastRotationBits = 4, kMostRotationBits = 16, kMostWeightBits = 16;
+struct AnimationBits {
+  int translation = 16, scale = 16;  // of the largest component of a track, with its sign
+  int rotation = 12;
+  int weight = 8;  // of morph targets: multiples of 2^-weight
+};
+
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
 
@@ -63,6 +75,10 @@ struct EncodeDocumentOptions : EncodeOptions {
   Fallback fallback = Fallback::kNone;                 // kCoarse not with Compat::kKhr
   double coarse_share = kCoarseShare;                  // of the faces of a mesh that its coarse primitives have
   Compat compat = Compat::kNone;  // kKhr: without condensed streams and boxes; no unused points are kept
+  // Whatever else has to be exact or has no precision here is compressed without loss. kNo with limits of
+  // memory.
+  MeshoptRest meshopt = MeshoptRest::kNo;
+  AnimationBits animation_bits{};  // no effect with `lossless`
   // Names of options that the caller gave and that primitives in patches, which stay as they are, would ignore.
   // Then they are an error.
   std::string options_of_patches{};

@@ -32,6 +32,8 @@ struct DocumentOptions {
   Compat compat = Compat::kNone;
   bool condense = false;
   bool verify = true;
+  MeshoptRest meshopt = MeshoptRest::kNo;
+  AnimationBits animation_bits{};
 
   operator EncodeDocumentOptions() const {  // NOLINT: implicit
     EncodeDocumentOptions options;
@@ -56,6 +58,8 @@ struct DocumentOptions {
     options.compat = compat;
     options.condense = condense ? Condense::kFast : Condense::kNo;
     options.verify = verify;
+    options.meshopt = meshopt;
+    options.animation_bits = animation_bits;
     return options;
   }
 };

@@ -341,6 +341,34 @@ TEST_F(EncodeCommand, DropsTheExtensionsThatTheUserNames) {
         "holds the meshes themselves");
 }
 
+TEST_F(EncodeCommand, CompressesPointsByMeshoptimizer) {
+  must_run({"generate", path("a.gltf"), "--faces", "2000", "-q"});
+  auto asset = read_json("a.gltf");
+  asset["meshes"][0]["primitives"][0]["mode"] = 0;
+  write("a.gltf", asset.dump());
+  must_run({"encode", path("a.gltf"), path("plain.glb")});
+  uintmax_t bytes = std::filesystem::file_size(path("plain.glb"));
+  for (const std::string choice : {"--meshopt", "--meshopt=ext", "--meshopt=khr"}) {
+    const int code = run({"encode", choice, path("a.gltf"), path("b.glb"), "--report", path("r.json")});
+    if (lacks_library()) GTEST_SKIP() << err_;
+    ASSERT_EQ(code, 0) << err_;
+    EXPECT_TRUE(contains(err_, "nothing was encoded; "));
+    EXPECT_TRUE(contains(err_, " of other data in "));
+    EXPECT_FALSE(contains(err_, "nothing to encode"));
+    EXPECT_GT(read_json("r.json").at("meshopt").at("views"), 0);
+    EXPECT_EQ(contains(read_bytes(path("b.glb")), "KHR_meshopt_compression"), choice == "--meshopt=khr");
+    EXPECT_EQ(contains(read_bytes(path("b.glb")), "EXT_meshopt_compression"), choice != "--meshopt=khr");
+    EXPECT_LT(std::filesystem::file_size(path("b.glb")), bytes);
+    must_run({"decode", path("b.glb"), path("c.glb"), "-q"});
+    EXPECT_FALSE(contains(read_bytes(path("c.glb")), "meshopt"));
+  }
+  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt=zip"}, "--meshopt");
+  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt", "--memory", "1GB"}, "without --memory");
+  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--animation-rotation-bits", "12"}, "requires --meshopt");
+  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt", "--lossless", "--animation-scale-bits", "9"},
+        "excludes");
+}
+
 TEST_F(EncodeCommand, FallbackAndVolumeReachTheFile) {
   const std::string input = sample("scene", "3000");
   ASSERT_EQ(run_command({"encode", input, path("out.gltf"), "--fallback", "uncompressed",

@@ -62,6 +62,7 @@ Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& re
           {"total", std::move(total)},
           {"dropped_extensions", dropped_extensions},
           {"coarse", coarse_json(coarse_counts(encoded))},
+          {"meshopt", meshopt_json(meshopt_counts(encoded))},
           {"primitives", result.primitives}};
 }
 
@@ -191,7 +192,8 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
   if (!reports) return reports.status().at({.file = arguments.input});
   const EncodeResult result = collect_rows(*reports, options.skip, session.log);
   log_reports(*reports, session.log);
-  if (result.split_count + result.draco_count == 0)
+  const MeshoptCounts meshopt = meshopt_counts(document);
+  if (result.split_count + result.draco_count == 0 && meshopt.views == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_result(result, session.log, arguments.input);
   if (Status status = write_asset(document, arguments.output, arguments.write, session, written); !status.ok())
@@ -207,7 +209,8 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
   const std::string coarse = coarse_text(coarse_counts(document));
   session.log.note(written_text(arguments.output, sizes,
-                                encode_summary(result, options) + (coarse.empty() ? "" : "; ") + coarse + "; " +
+                                encode_summary(result, options) + (coarse.empty() ? "" : "; ") + coarse +
+                                    (meshopt.views == 0 ? "" : "; ") + meshopt_text(meshopt) + "; " +
                                     as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
   return {};
 }
@@ -354,6 +357,8 @@ void add_encode_command(CLI::App& app, Action& action) {
     settle_output(*arguments, command.count("--output") > 0);
     if (command.count("--as") > 0 && !writes_into_folder(*arguments))
       throw CLI::ValidationError("--as", "is for outputs in a folder; the name of one output tells its format");
+    if (command.count("--memory") > 0 && command.count("--meshopt") > 0)
+      throw CLI::ValidationError("--meshopt", "is for assets that are in memory, without --memory");
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
       throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
     action = [arguments](const Session& session) {

@@ -156,6 +156,38 @@ void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
       ->excludes(condense);
 }
 
+void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
+  // A flag: without "=" no word after it is its value.
+  CLI::Option* meshopt = command.add_flag(
+      "--meshopt", arguments.meshopt,
+      "meshoptimizer compresses what stays in buffer views: animations, morph targets, points, lines, and "
+      "meshes "
+      "that stay plain. ext, the default, writes EXT_meshopt_compression, which more loaders know; khr writes "
+      "KHR_meshopt_compression. Times of keys, splines and all else without a precision are exact. decode "
+      "makes "
+      "the views plain. Not with --memory");
+  meshopt->type_name("[=ext|khr]")->check([](const std::string& word) {
+    return word == "true" || word == "ext" || word == "khr" ? std::string() : word + " is neither ext nor khr";
+  });
+  AnimationBits& bits = arguments.options.animation_bits;
+  const auto add_bits = [&](const char* name, int& to, int least, int most, const char* what) {
+    command.add_option(name, to, std::string("With --meshopt: bits for ") + what)
+        ->check(CLI::Range(least, most))
+        ->capture_default_str()
+        ->type_name("BITS")
+        ->needs(meshopt)
+        ->excludes(command.get_option("--lossless"));
+  };
+  add_bits("--animation-translation-bits", bits.translation, kLeastAnimationBits, kMostAnimationBits,
+           "the largest component of the translations of a track");
+  add_bits("--animation-rotation-bits", bits.rotation, kLeastRotationBits, kMostRotationBits,
+           "each component of rotations");
+  add_bits("--animation-scale-bits", bits.scale, kLeastAnimationBits, kMostAnimationBits,
+           "the largest component of the scales of a track");
+  add_bits("--animation-weight-bits", bits.weight, 1, kMostWeightBits,
+           "weights of morph targets, after the point");
+}
+
 // The given options that patches of the input cannot follow, because they are not encoded again.
 std::string options_of_patches(const CLI::App& command, const EncodeDocumentOptions& options) {
   std::string given;
@@ -393,6 +425,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_drop_option(command, arguments.drop_extensions);
   add_storage_options(command, arguments);
   add_condense_options(command, arguments);
+  add_meshopt_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
                    "Do not check the result by decoding it and comparing it with the input");
   const CLI::Option* speed = command.get_option("--encode-speed");
@@ -408,6 +441,9 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
+    resolved.meshopt = command.count("--meshopt") == 0 ? MeshoptRest::kNo
+                       : arguments.meshopt == "khr"    ? MeshoptRest::kKhr
+                                                       : MeshoptRest::kExt;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
     resolved.morph_targets = arguments.morph_targets == "keep"      ? MorphTargets::kKeep
                              : arguments.morph_targets == "sparse"  ? MorphTargets::kSparse
@@ -426,11 +462,14 @@ void group_encode_options(CLI::App& command) {
         "--no-refine", "--order", "--boxes"}},
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantize-morph", "--quantization-volume", "--lossless", "--origin"}},
+        "--quantize-generic", "--quantize-morph", "--quantization-volume", "--lossless", "--origin",
+        "--animation-translation-bits", "--animation-rotation-bits", "--animation-scale-bits",
+        "--animation-weight-bits"}},
       {"What is kept",
        {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
       {"What is written",
-       {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--morph-targets", "--as"}},
+       {"--images", "--condense", "--no-condense", "--meshopt", "--morph-targets", "--fallback", "--compat",
+        "--as"}},
   };
   for (const auto& [group, names] : groups)
     for (const char* name : names)
@@ -474,6 +513,11 @@ std::string describe_options(const EncodeDocumentOptions& options, const OriginC
   if (o.fallback == Fallback::kCoarse) described["coarse_share"] = o.coarse_share;
   if (origin.by == OriginChoice::By::kNone) described["origin"] = "none";
   if (origin.by == OriginChoice::By::kGiven) described["origin"] = origin.given;
+  if (o.meshopt != MeshoptRest::kNo) {
+    const AnimationBits& bits = o.animation_bits;
+    described["meshopt"] = {static_cast<int>(o.meshopt), bits.translation, bits.rotation, bits.scale,
+                            bits.weight};
+  }
   if (o.condense != Condense::kNo)
     described["condense"] = o.condense == Condense::kSmallest ? "smallest" : "fast";
   return described.dump();

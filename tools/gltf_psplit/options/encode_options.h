@@ -18,7 +18,7 @@ class App;
 namespace psplit {
 
 struct EncodeArguments {
-  std::string profile, gpu, volume = "mesh", compat = "none", morph_targets = "fit";
+  std::string profile, gpu, volume = "mesh", compat = "none", morph_targets = "fit", meshopt;
   EncodeDocumentOptions options;
   OriginChoice origin;  // of a mesh file
   bool condense = false, no_condense = false;

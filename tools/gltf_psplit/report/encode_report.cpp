@@ -6,6 +6,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -242,6 +243,27 @@ Json coarse_json(const CoarseCounts& counts) {
           {"faces", counts.faces},
           {"points", counts.points},
           {"bytes", counts.bytes}};
+}
+
+MeshoptCounts meshopt_counts(const Document& document) {
+  MeshoptCounts counts;
+  for (const ViewRecord& view : document.records().views) {
+    if (!view.meshopt) continue;
+    ++counts.views;
+    counts.bytes += view.meshopt->range.bytes;
+    counts.decoded_bytes += view.range.bytes;
+  }
+  return counts;
+}
+
+std::string meshopt_text(const MeshoptCounts& counts) {
+  if (counts.views == 0) return "";
+  return as_bytes(counts.decoded_bytes) + " of other data in " + as_bytes(counts.bytes);
+}
+
+Json meshopt_json(const MeshoptCounts& counts) {
+  if (counts.views == 0) return nullptr;
+  return {{"views", counts.views}, {"bytes", counts.bytes}, {"decoded_bytes", counts.decoded_bytes}};
 }
 
 }  // namespace psplit

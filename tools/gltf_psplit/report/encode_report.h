@@ -78,4 +78,15 @@ std::string coarse_text(const CoarseCounts& counts);
 // Null if there are none.
 Json coarse_json(const CoarseCounts& counts);
 
+// What meshoptimizer compressed in a document: the views, their bytes, and those of the decoded values.
+struct MeshoptCounts {
+  size_t views = 0;
+  uint64_t bytes = 0, decoded_bytes = 0;
+};
+MeshoptCounts meshopt_counts(const Document& document);
+// "267 kB of other data in 80 kB"; empty if there is none.
+std::string meshopt_text(const MeshoptCounts& counts);
+// Null if there are none.
+Json meshopt_json(const MeshoptCounts& counts);
+
 }  // namespace psplit

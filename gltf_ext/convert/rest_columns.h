@@ -1,0 +1,42 @@
+// The values of one accessor as rows for meshoptimizer.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/convert/rest_uses.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/primitive/elements_place.h"
+#include "psplit/gltf.h"
+#include "psplit/parallel.h"
+
+namespace psplit {
+
+// The rows of a filter, and what they become when it is undone.
+struct FilteredRows {
+  std::string filter;
+  std::vector<uint8_t> rows, values;
+  bool are_shorts =
+      false;  // the values are normalized 16-bit integers; otherwise they have the accessor's type
+};
+
+struct RestColumn {
+  ElementsPlace place;
+  int64_t view = -1;  // in which the values are
+  RestView needs = RestView::kPacked;
+  bool is_of_vertices = false;  // also of sparse values
+  size_t width = 0;             // the bytes of an element, with those that pad it in a view of vertices
+  size_t row = 0;               // the bytes of a row
+  std::vector<uint8_t> values;  // whole elements, without gaps
+  // Nothing if the values have to stay exact, or if the filter's error is larger than what is stated: half the
+  // step of multiples, and for each component of a rotation 3 half steps.
+  std::optional<FilteredRows> filtered{};
+};
+
+// The values of all accessors that have a use, from views that nothing else needs.
+std::vector<RestColumn> rest_columns(const Document& document, const EncodeDocumentOptions& options,
+                                     const ThreadPool& pool);
+
+}  // namespace psplit
