@@ -93,10 +93,10 @@ struct AccessorRecord {
   bool has_view() const { return elements.view >= 0; }
   // Its views, once for each place that names one.
   std::vector<int64_t> views() const {
-    std::vector<int64_t> views;
-    if (has_view()) views.push_back(elements.view);
-    if (sparse) views.insert(views.end(), {sparse->indices.view, sparse->values.view});
-    return views;
+    std::vector<int64_t> used;
+    if (has_view()) used.push_back(elements.view);
+    if (sparse) used.insert(used.end(), {sparse->indices.view, sparse->values.view});
+    return used;
   }
   uint64_t packed_bytes() const { return uint64_t{count} * layout.packed_bytes(); }
   // The bytes that buffer views have for it, without gaps between elements.
