@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -228,6 +229,26 @@ void make_targets_sparse(Document& document, ZeroSign sign) {
     for (const char* name : {"bufferView", "byteOffset", "sparse"})
       edited["accessors"][static_cast<size_t>(index)].erase(name);
   drop_unused(document, freed);
+}
+
+TargetCounts count_targets(const Document& document) {
+  const AssetRecords& records = document.records();
+  TargetCounts counts;
+  std::set<int64_t> counted;
+  std::set<std::pair<AttributeRecords, std::vector<AttributeRecords>>> seen;
+  for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
+    for (const PrimitiveRecord& primitive : mesh) {
+      if (!seen.emplace(primitive.attributes, primitive.targets).second) continue;
+      for (size_t t = 0; t < primitive.targets.size(); ++t)
+        for (const auto& [semantic, index] : primitive.targets[t]) {
+          ++counts.all;
+          if (primitive.patches && primitive.patches->stores(name_of_target(t, semantic)))
+            ++counts.in_patches;
+          else if (counted.insert(index).second)
+            counts.bytes += records.file_bytes(records.accessor(index));
+        }
+    }
+  return counts;
 }
 
 }  // namespace psplit

@@ -164,8 +164,8 @@ struct AssetRecords {
 
   // Whether meshoptimizer compressed one of the accessor's views.
   bool is_meshopt(const AccessorRecord& accessor) const {
-    const std::vector<int64_t> views = accessor.views();
-    return std::any_of(views.begin(), views.end(),
+    const std::vector<int64_t> used = accessor.views();
+    return std::any_of(used.begin(), used.end(),
                        [&](int64_t index) { return view(index).meshopt.has_value(); });
   }
 

@@ -30,18 +30,18 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
 }
 
 // The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target, in
-// condensed patches; as .glb and as .gltf.
+// condensed patches, with a morph target in patches; as .glb and as .gltf.
 void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   using psplit::Json;
   const psplit::Mesh mesh = psplit::make_grid(4, 4);
-  for (int form = 0; form < 5; ++form) {
+  for (int form = 0; form < 6; ++form) {
     // Patches of the smallest mesh would not get smaller.
     psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
       (void)psplit::encode_document(document, psplit::DocumentOptions{.patches = {.count = 2, .always = true}},
                                     psplit::draco_backend(), pool);
     if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
-    if (form == 3) {
+    if (form == 3 || form == 5) {
       psplit::AccessorData data{psplit::ComponentType::kFloat32, 3, false, mesh.point_count,
                                 mesh.attributes[0].values};
       std::fill(data.values.begin() + 12, data.values.end(), std::byte{0});
@@ -51,6 +51,9 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
       document.json()["meshes"][0]["primitives"][0]["targets"] =
           Json::array({{{"POSITION", document.json()["accessors"].size() - 1}}});
     }
+    if (form == 5)
+      (void)psplit::encode_document(document, psplit::DocumentOptions{.patches = {.count = 2, .always = true}},
+                                    psplit::draco_backend(), pool);
     if (form == 4)
       (void)psplit::encode_document(
           document, psplit::DocumentOptions{.patches = {.count = 3, .always = true}, .condense = true},

@@ -49,6 +49,17 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
                                  fine_codings(fine, bits),
                                  {.patch_count = 3, .encode_speed = speed, .verify = false}, pool));
   }
+  const Mesh morphing = with_targets();
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : morphing.attributes)
+    codings.push_back(attribute.component_type == ComponentType::kFloat32 ? fit_grid(attribute, 12).value()
+                                                                          : AttributeCoding());
+  for (const int speed : {0, 5, 6})
+    for (const bool by_bytes : {false, true})
+      if (!by_bytes || speed == 0)
+        made.push_back(encode_sample(
+            "morph targets, speed " + std::to_string(speed), morphing, codings,
+            {.patch_count = 3, .encode_speed = speed, .choose_by_bytes = by_bytes, .verify = false}, pool));
   return made;
 }
 

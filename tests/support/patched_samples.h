@@ -26,7 +26,7 @@ PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const 
 // A process makes each of these sets once, with the pool of its first caller.
 
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Then long edges on fine grids. All streams are Draco's.
+// Then long edges on fine grids, and morph targets, which share groups. All streams are Draco's.
 const std::vector<PatchedSample>& patched_samples(const ThreadPool& pool);
 
 // A container with its streams condensed, whether it gets smaller or not. `smallest` is that of condense. Empty

@@ -615,6 +615,35 @@ Mesh long_edges() {
   return mesh;
 }
 
+Mesh with_targets() {
+  // The texture has two charts, which meet at column 7.
+  Mesh mesh = with_seams(make_grid(14, 11), [](size_t face, uint32_t vertex) -> std::array<float, 2> {
+    const auto x = static_cast<float>(vertex % 15), y = static_cast<float>(vertex / 15);
+    return {(face / 2 % 14 < 7 ? 0.1f : 2.5f) + 0.03f * x, 0.07f * y};
+  });
+  const std::vector<float> positions = positions_of(mesh), texture = values_of<float>(*mesh.find("TEXCOORD_0"));
+  std::vector<float> everywhere, in_one_place, of_texture, with_own_seams;
+  std::vector<int8_t> integers;
+  for (uint32_t i = 0; i < mesh.point_count; ++i) {
+    const float x = positions[3 * i], y = positions[3 * i + 1];
+    const bool is_right = texture[2 * i] > 2;
+    const float bump = std::max(0.0f, 9 - (x - 4) * (x - 4) - (y - 5) * (y - 5));
+    everywhere.insert(everywhere.end(), {0.1f * y, 0.02f * x * y, -0.3f});
+    in_one_place.insert(in_one_place.end(), {0, 0.01f * bump, 0.1f * bump});
+    of_texture.insert(of_texture.end(), {is_right ? 0.5f : 0.25f, 0.01f * y, 0});
+    with_own_seams.push_back(0.01f * static_cast<float>(i));
+    for (const int part : {1, 0, 2})
+      integers.push_back(static_cast<int8_t>(part * static_cast<int>(2 * x - y)));
+  }
+  add_float(mesh, name_of_target(0, "POSITION"), 3, everywhere);
+  add_float(mesh, name_of_target(0, "NORMAL"), 3, of_texture);
+  add_float(mesh, name_of_target(2, "POSITION"), 3, in_one_place);
+  mesh.attributes.push_back(
+      make_attribute(name_of_target(2, "NORMAL"), ComponentType::kInt8, 3, true, integers));
+  add_float(mesh, name_of_target(2, "_OWN"), 1, with_own_seams);
+  return mesh;
+}
+
 const std::vector<NamedMesh>& nasty_meshes() {
   static const std::vector<NamedMesh> made = [] {
     std::vector<NamedMesh> meshes;

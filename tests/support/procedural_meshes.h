@@ -40,6 +40,10 @@ Mesh floats_of_every_kind();
 // values: on a grid of many bits, what an encoder predicts from neighbours is outside the grid, or overflows.
 Mesh long_edges();
 
+// A surface with seams in normals and texture coordinates, and morph targets: of positions, everywhere and in
+// one place; of normals, where these have seams; and one with seams of its own.
+Mesh with_targets();
+
 // Functions from which tests build meshes.
 
 using Faces = Array<std::array<uint32_t, 3>>;

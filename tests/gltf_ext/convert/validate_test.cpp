@@ -413,7 +413,7 @@ TEST(Validate, CountsBesideThePatches) {
     the_primitive(document)["targets"] = Json::array({{{"POSITION", the_primitive(document)["indices"]}}});
   });
   EXPECT_EQ(morph,
-            std::string("accessor-count ") + kPlace + ": morph target POSITION has another count than 130\n");
+            std::string("accessor-count ") + kPlace + ": targets/0/POSITION has another count than 130\n");
 }
 
 // Without indices a fallback is incomplete, and loaders ignore all of it.

@@ -207,11 +207,13 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
       return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
-  const std::string coarse = coarse_text(coarse_counts(document));
-  session.log.note(written_text(arguments.output, sizes,
-                                encode_summary(result, options) + (coarse.empty() ? "" : "; ") + coarse +
-                                    (meshopt.views == 0 ? "" : "; ") + meshopt_text(meshopt) + "; " +
-                                    as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
+  std::string summary = encode_summary(result, options);
+  for (const std::string& more :
+       {targets_text(count_targets(document)), coarse_text(coarse_counts(document)), meshopt_text(meshopt)})
+    if (!more.empty()) summary += "; " + more;
+  session.log.note(
+      written_text(arguments.output, sizes,
+                   summary + "; " + as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
   return {};
 }
 

@@ -1,7 +1,10 @@
 #include "tools/gltf_psplit/diff/diff_report.h"
 
 #include <cstdio>
+#include <map>
+#include <optional>
 
+#include "psplit/mesh.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -45,10 +48,23 @@ std::string same_text(const AssetComparison& comparison) {
   if (comparison.a.primitives != comparison.b.primitives)
     text += " and " + with_separators(comparison.b.primitives);
   std::string differences;
-  for (const AssetComparison::Values& values : comparison.values)
+  const auto add = [&](const std::string& name, const AssetComparison::Values& values) {
     if (values.largest > 0)
-      differences += (differences.empty() ? "" : ", ") + values.attribute + " " + short_number(values.largest) +
+      differences += (differences.empty() ? "" : ", ") + name + " " + short_number(values.largest) +
                      " (tolerance " + short_number(values.tolerance) + ")";
+  };
+  // Of hundreds of morph targets, the one that comes nearest to its tolerance.
+  std::map<std::string, AssetComparison::Values> of_targets;
+  for (const AssetComparison::Values& values : comparison.values) {
+    const std::optional<MorphTarget> target = target_of(values.attribute);
+    if (!target) {
+      add(values.attribute, values);
+      continue;
+    }
+    AssetComparison::Values& worst = of_targets[target->semantic];
+    if (values.largest * worst.tolerance >= worst.largest * values.tolerance) worst = values;
+  }
+  for (const auto& [semantic, values] : of_targets) add(semantic + " of morph targets", values);
   return text + (differences.empty() ? ", every value equal" : ", largest difference " + differences) + "\n";
 }
 

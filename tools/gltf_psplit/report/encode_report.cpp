@@ -231,6 +231,17 @@ std::string encode_summary(const EncodeResult& result, const EncodeDocumentOptio
   return text + (changes.empty() ? "" : "; ") + changes + dropped;
 }
 
+std::string targets_text(const TargetCounts& counts) {
+  if (counts.all == 0) return "";
+  std::string text = counted(counts.all, "morph target");
+  if (counts.in_patches == counts.all) return text + " in patches";
+  if (counts.in_patches > 0)
+    text += ", " + with_separators(counts.in_patches) + " of them in patches, the others";
+  text += " in " + as_bytes(counts.bytes);
+  if (counts.in_patches == 0 && counts.bytes > 0) text += ", which --morph-targets patches stores in fewer";
+  return text;
+}
+
 std::string coarse_text(const CoarseCounts& counts) {
   if (counts.primitives == 0) return "";
   return counted(counts.faces, "coarse face") + " in " + as_bytes(counts.bytes) +

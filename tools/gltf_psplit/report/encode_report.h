@@ -6,6 +6,7 @@
 #include <string>
 
 #include "gltf_ext/convert/coarse_primitives.h"
+#include "gltf_ext/convert/sparse_targets.h"
 #include "gltf_ext/json/json.h"
 #include "psplit/gltf.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -72,6 +73,10 @@ std::string encode_summary(const EncodeResult& result, const EncodeDocumentOptio
 // objects that had them, by name.
 Json drop_extensions(Document& document, const std::vector<std::string>& names, const std::string& asset,
                      const Log& log);
+
+// "276 morph targets in 690 kB, which --condense would store in patches, in fewer bytes"; empty if there are
+// none.
+std::string targets_text(const TargetCounts& counts);
 
 // "4,355 coarse faces in 83 kB for loaders without the extension"; empty if there are none.
 std::string coarse_text(const CoarseCounts& counts);
