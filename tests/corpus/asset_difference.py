@@ -25,8 +25,9 @@ extensions. Only these may differ:
                                        Draco of other bytes, is last in its extensions; stock Draco of the input is gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
     accessor of its indices            the same, and componentType
-    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone, except in views of
-                                       meshoptimizer. A sparse one stays sparse if that is smaller
+  accessors of morph targets           count, min, max, bufferView, byteOffset, sparse; `normalized` is gone if it is false. Equal
+                                       ones may become one. If none of the three is left, the target is zero everywhere,
+                                       or the extension of an encoded primitive stores it
   a mesh of encoded primitives         EXT_mesh_manifold, which refers to indices, is gone, and so are its accessors
 """
 import base64, json, pathlib, re, struct, sys, urllib.parse
@@ -143,6 +144,8 @@ class Comparison:
             self.compare_image(old, new, path)
         else:
             self.compare_values(old, new, path)
+            if kPrimitive.fullmatch(path):
+                self.compare_targets(old, new, path, {})
 
     def file_of(self, image):
         """The image's file, or None if it is not a file or the output does not embed it."""
@@ -199,6 +202,7 @@ class Comparison:
         if not new["extensions"] and ("extensions" not in old or stock):
             del new["extensions"]
             old.pop("extensions", None)
+        targets = extension.pop("targets", {}) if name == kName else {}
         if list(extension) != ["bufferView", "attributes"] or not set(extension["attributes"]) <= set(old["attributes"]):
             self.say(path, f"the extension is {extension}")
         if new.get("mode", 4) != 4 or ("mode" in old) != ("mode" in new):
@@ -219,17 +223,44 @@ class Comparison:
         described = self.after.all("accessors")[indices]
         if described["componentType"] not in (5123, 5125) or described["type"] != "SCALAR":
             self.say(path, "indices of another type")
-        for i, target in enumerate(old.get("targets", [])):
-            for semantic in target:
-                data = self.after.all("accessors")[new["targets"][i][semantic]]
-                offset = ("byteOffset",)
-                free, gone = (offset, ()) if self.is_compressed(self.after, data.get("bufferView")) else ((), offset)
-                self.compare_accessor(target[semantic], new["targets"][i][semantic], f"{path}, target {i}, {semantic}",
-                                      (*shape, "bufferView", "sparse", *free), gone)
-                if ("bufferView" in self.before.all("accessors")[target[semantic]] and "bufferView" not in data
-                        and "sparse" not in data):
-                    self.say(path, "a morph target without data")
+        self.compare_targets(old, new, path, targets)
         new["indices"] = indices  # compare_accessors needs it again
+
+    def compare_targets(self, old, new, path, stored):
+        """`stored`: the ids of the extension, by semantic."""
+        place = ("bufferView", "byteOffset", "sparse")
+        if any(len(ids) != len(old.get("targets", [])) for ids in stored.values()):
+            self.say(path, "the extension has other targets")
+            return
+        for i, (target, now) in enumerate(zip(old.get("targets", []), new.get("targets", []))):
+            for semantic in target:
+                if semantic not in now:
+                    continue  # compare_values said so
+                before, after = self.before.all("accessors")[target[semantic]], self.after.all("accessors")[now[semantic]]
+                in_patches = stored.get(semantic, [-1] * (i + 1))[i] != -1
+                false = () if before.get("normalized", True) else ("normalized",)
+                self.compare_accessor(target[semantic], now[semantic], f"{path}, target {i}, {semantic}",
+                                      ("count", "min", "max", *(() if in_patches else place)),
+                                      (*false, *(place if in_patches else ())))
+                if not in_patches and not any(name in after for name in place) and not self.is_zero(before):
+                    self.say(path, f"target {i} has lost its {semantic}")
+
+    def is_zero(self, accessor):
+        """Of an accessor of the input whose values are not compressed. -0 is zero, too."""
+        if "sparse" in accessor:
+            return False
+        if "bufferView" not in accessor:
+            return True
+        if self.is_compressed(self.before, accessor["bufferView"]):
+            return False
+        view = self.before.json["bufferViews"][accessor["bufferView"]]
+        size = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}[accessor["componentType"]]
+        size *= {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        data, step = self.before.bytes_of(view)[accessor.get("byteOffset", 0):], view.get("byteStride", size)
+        values = b"".join(data[i * step : i * step + size] for i in range(accessor["count"]))
+        if accessor["componentType"] == 5126:
+            return set(struct.unpack(f"<{len(values) // 4}f", values)) <= {0.0}
+        return not any(values)
 
     def compare_accessor(self, old, new, path, free=(), gone=()):
         self.compare_values(self.before.all("accessors")[old], self.after.all("accessors")[new], path, free, gone)
@@ -239,8 +270,8 @@ class Comparison:
         def others(asset):
             by_encoded, by_others = set(), set()
             for path, index in accessor_names(asset.json):
-                (by_encoded if re.match(kPrimitive, path) and re.match(kPrimitive, path)[0] in self.encoded
-                 else by_others).add(index)
+                is_own = re.match(kPrimitive, path) and (re.match(kPrimitive, path)[0] in self.encoded or "/targets/" in path)
+                (by_encoded if is_own else by_others).add(index)
             gone = self.dropped if asset is self.before else ()
             return [i for i in range(len(asset.all("accessors")))
                     if i in by_others or i not in by_encoded and i not in gone]
@@ -256,6 +287,8 @@ class Comparison:
         after = dict(accessor_names(self.after.json))
         for path, index in accessor_names(self.before.json):
             primitive = re.match(kPrimitive, path)
+            if "/targets/" in path:
+                continue  # compare_targets checks them
             if (primitive is None or primitive[0] not in self.encoded) and after.get(path) != new_number.get(index):
                 self.say(path, "refers to another accessor")
 

@@ -12,7 +12,7 @@ psplit = pathlib.Path(sys.argv[1]).resolve()
 kOwned = re.compile(
     r"/buffers/0/byteLength|/accessors/\d+/(count|min/\d+|max/\d+)|/bufferViews/\d+/(buffer|byteOffset|byteLength)"
     r"|/bufferViews/7/target"  # of the morph target, which is new
-    r"|/meshes/[01]/primitives/0/extensions/PSPLIT_mesh_draco_patches/(bufferView|attributes/\w+)")
+    r"|/meshes/[01]/primitives/0/extensions/PSPLIT_mesh_draco_patches/(bufferView|attributes/\w+|targets/\w+/\d+)")
 kMorphData = "/accessors/2/bufferView"
 
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -34,7 +35,12 @@ Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const 
   if (!morphs) return morphs.status();
   for (MorphAttribute& morph : *morphs) {
     if (morph.data.count != mesh->point_count) return invalid_input("a morph target of another point count");
-    mesh->attributes.push_back(attribute_of(std::move(morph)));
+    Attribute& deltas = mesh->attributes.emplace_back(attribute_of(std::move(morph)));
+    if (deltas.component_type != ComponentType::kFloat32) continue;
+    // Encoding takes -0 for 0.
+    std::vector<float> values = values_of<float>(deltas);
+    for (float& value : values) value += 0.0f;
+    std::memcpy(deltas.values.data(), values.data(), deltas.values.size());
   }
   return mesh;
 }

@@ -57,7 +57,9 @@ Expected<std::vector<EncodeJob>> read_uncompressed(const Document& document,
                                                    const EncodeDocumentOptions& coding,
                                                    const Session& session) {
   if (Status status = check_uncompressed(document); !status.ok()) return status;
-  Expected<PlannedJobs> read = read_and_plan(document, coding, find_backend({}), session.pool);
+  EncodeDocumentOptions comparable = coding;
+  comparable.morph_targets = MorphTargets::kSparse;  // stock Draco has none
+  Expected<PlannedJobs> read = read_and_plan(document, comparable, find_backend({}), session.pool);
   if (!read) return read.status();
   for (const auto& [id, reason] : read->skipped)
     session.log.note(describe_place(id.mesh, id.primitive) + " is left out: " + reason);
