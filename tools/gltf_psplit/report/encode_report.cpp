@@ -238,7 +238,7 @@ std::string targets_text(const TargetCounts& counts) {
   if (counts.in_patches > 0)
     text += ", " + with_separators(counts.in_patches) + " of them in patches, the others";
   text += " in " + as_bytes(counts.bytes);
-  if (counts.in_patches == 0 && counts.bytes > 0) text += ", which --morph-targets patches stores in fewer";
+  if (counts.in_patches == 0 && counts.bytes > 0) text += ", which --morph-targets patches makes smaller";
   return text;
 }
 
