@@ -57,7 +57,7 @@ test('it exports what its types declare', () => {
 
 // Limits a little above the sizes, so that growth is seen. docs/web.md has the targets.
 const brotli = (contents) => brotliCompressSync(contents).length;
-for (const [name, most] of [['psplit.wasm', 68800], ['psplit_encoder.wasm', 191000], ['draco/draco_decoder.wasm', 34700], ['draco/draco_wasm_wrapper.js', 8850], ['draco/draco_encoder.wasm', 56500], ['draco/draco_encoder.js', 5700], ['inline.js', 98800]])
+for (const [name, most] of [['psplit.wasm', 68800], ['psplit_encoder.wasm', 191000], ['draco/draco_decoder.wasm', 34700], ['draco/draco_wasm_wrapper.js', 8850], ['draco/draco_encoder.wasm', 56650], ['draco/draco_encoder.js', 5700], ['inline.js', 98800]])
   test(`the size of ${name}`, () => {
     const bytes = brotli(readFileSync(path.join(package_folder, name)));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
