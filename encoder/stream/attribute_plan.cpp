@@ -113,8 +113,14 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const siz
     plan.by_degree = plan.group == 0 && !traits.is_sequential && traits.speed == kSpeedByDegree;
   }
   // Where targets join the groups of others, these come together.
-  if (!seams_of.empty() && !std::ranges::equal(seams_of, own_order(mesh)))
-    std::ranges::stable_sort(plans, {}, &AttributePlan::group);
+  if (!seams_of.empty() && !std::ranges::equal(seams_of, own_order(mesh))) {
+    // A sort takes thousands of bytes of the web's module.
+    std::vector<AttributePlan> sorted;
+    for (uint32_t group = 0; group < next_group; ++group)
+      for (AttributePlan& plan : plans)
+        if (plan.group == group) sorted.push_back(std::move(plan));
+    plans = std::move(sorted);
+  }
   const auto is_position = [](const AttributePlan& plan) {
     return static_cast<DracoSemantic>(plan.description.semantic) == DracoSemantic::kPosition;
   };

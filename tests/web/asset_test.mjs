@@ -18,9 +18,14 @@ const pool = psplit.createPool({ workers: 2 });
 after(() => pool.dispose());
 
 function assert_sample(name, { primitives }) {
-  const [{ points, indices_sha256, attributes_sha256 }] = expected[name].primitives, [{ coding, mode, pointCount, indices, attributes }] = primitives;
+  const [{ points, indices_sha256, attributes_sha256, targets_sha256 }] = expected[name].primitives, [{ coding, mode, pointCount, indices, attributes, targets }] = primitives;
   assert.deepEqual([coding, mode, pointCount, hash(Uint32Array.from(indices))], ['patches', 4, points, indices_sha256], name);
   assert.deepEqual(Object.fromEntries(Object.entries(attributes).map(([attribute, { array }]) => [attribute, hash(array)])), attributes_sha256, name);
+  assert.equal(targets === undefined, targets_sha256 === undefined);
+  for (const [target, digest] of Object.entries(targets_sha256 ?? {})) {
+    const [, t, attribute] = target.split('/');
+    assert.equal(hash(targets[t][attribute].array), digest, `${name}: ${target}`);
+  }
 }
 test('samples in patches', async () => {
   assert.ok(Object.keys(expected).length > 7);
@@ -29,6 +34,24 @@ test('samples in patches', async () => {
     assert_sample(name, await decodeGltf(pathToFileURL(sample(name)).href, { pool }));
     if (name.endsWith('.glb')) assert_sample(name, await decodeGlb(readFileSync(sample(name)), null));
   }
+});
+
+test('morph targets that are zero, sparse, or in buffer views', async () => {
+  const { primitives: [{ targets: [, , zero] }] } = await decodeGlb(readFileSync(sample('targets.glb')));
+  assert.deepEqual([zero.POSITION.type, zero.POSITION.array], ['float32', new Float32Array(3 * 126)]);
+  const with_targets = (change = () => {}) => decodeGlb(glb_of((json) => {
+    json.accessors.push({ ...json.accessors[2] });
+    delete json.accessors[3].bufferView;
+    json.meshes[0].primitives[0].targets = [{ POSITION: 2, NORMAL: 3 }, {}, { POSITION: 0 }];
+    change(json.accessors[3]);
+  }));
+  const { primitives: [{ targets }, { targets: none }] } = await with_targets();
+  assert.deepEqual(targets.map((target) => Object.entries(target).map(([name, { array }]) => [name, array])),
+    [[['POSITION', Float32Array.of(0, 1, 2, -1, -2, -3, 6, 7, 8)], ['NORMAL', Float32Array.of(0, 0, 0, -1, -2, -3, 0, 0, 0)]], [],
+      [['POSITION', Float32Array.of(0, 1, 2, 3, 4, 5, 6, 7, 8)]]]);
+  assert.equal(none, undefined);
+  // No memory is taken for zeros that nothing justifies.
+  await assert.rejects(with_targets((accessor) => (accessor.count = 2 ** 40)), { code: 'unsupported', message: /accessor 3 has no buffer view/ });
 });
 
 test('stock Draco', async () => {
@@ -142,11 +165,14 @@ test('assets of the corpus are those of glTF-Transform', { skip: corpus_folder =
     }
     const theirs = document.getRoot().listMeshes().flatMap((mesh) => mesh.listPrimitives());
     assert.equal(ours.primitives.length, theirs.length, file);
-    for (const [i, { coding, indices, attributes }] of ours.primitives.entries()) {
+    for (const [i, { coding, indices, attributes, targets }] of ours.primitives.entries()) {
       ++counts[coding];
       assert.deepEqual(indices && Uint32Array.from(indices), theirs[i].getIndices() && Uint32Array.from(theirs[i].getIndices().getArray()), file);
       for (const name of theirs[i].listSemantics())
         assert.deepEqual(attributes[name].array, theirs[i].getAttribute(name).getArray(), `${file}: ${name}`);
+      for (const [t, target] of theirs[i].listTargets().entries())
+        for (const name of target.listSemantics())
+          assert.deepEqual(targets[t][name].array, target.getAttribute(name).getArray(), `${file}: target ${t}, ${name}`);
     }
   }
   assert.ok(counts.draco > 20 && counts.none > 100, JSON.stringify(counts));

@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after } from 'node:test';
 import { page_test } from './browser.mjs';
-import { compressed_primitives, corpus_folder, gltf_psplit, root, with_asset } from './load.mjs';
+import { compressed_primitives, corpus_folder, gltf_psplit, read_asset, root, with_asset } from './load.mjs';
 import { endless, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
@@ -41,7 +41,7 @@ async function prepare() {
       attributes: await Promise.all(kinds.map(async (kind) => [kind, await buffer_facts(mesh.getVertexBuffer(kind), points)])),
       box: [minimum.asArray(), maximum.asArray()], alpha: mesh.hasVertexAlpha, influencers: mesh.numBoneInfluencers,
       targets: await Promise.all(Array.from({ length: targets?.numTargets ?? 0 }, async (_, i) =>
-        [await values(targets.getTarget(i).getPositions()), await values(targets.getTarget(i).getNormals())])) };
+        Promise.all(['Positions', 'Normals', 'Tangents', 'UVs'].map((of) => values(targets.getTarget(i)[`get${of}`]()))))) };
   };
   globalThis.streamed = (url, scene, options) => loadStreaming(LoadAssetContainerAsync, url, scene, options);
   // Those of load(scene, parts). When it resolves, `go` is asked for, if there is one.
@@ -73,7 +73,7 @@ async function prepare() {
 
 // The assets are samples, a large mesh, and assets of the corpus with normals, texture coordinates, colours, skins, morph targets
 // and quantized attributes. gltf-psplit encodes them, and decodes them for the comparison.
-const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'seams.glb', 'coarse.glb']
+const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'seams.glb', 'coarse.glb', 'targets.glb', 'condensed-targets.glb']
   .map((name) => ({ name, encoded: path.join(samples, name) }));
 if (gltf_psplit !== null) {
   const mesh = path.join(folder, 'mesh.glb'), encoded = path.join(folder, 'large.glb');
@@ -85,7 +85,7 @@ const large = assets.length - 1;
 if (corpus_folder !== null && gltf_psplit !== null) {
   for (const file of ['draco/Duck.glb', 'draco/CesiumMan.glb', 'gt/ShapeCollection.glb', 'gt/BoxVertexColors.glb',
     'bjs/riggedMesh.glb', 'bjs/greySnapper_vertColor.glb', 'bjs/morphLoader.glb', 'derived/AnimatedMorphCube.quant.glb',
-    'derived/scallop.quant.glb', '3dt/tree-lime-2-0.glb']) {
+    'derived/scallop.quant.glb', '3dt/tree-lime-2-0.glb', 'mor/Horse.glb', 'mor/rpm_avatar.glb']) {
     const name = path.basename(file), encoded = path.join(folder, name);
     execFileSync(gltf_psplit,
       ['encode', path.join(corpus_folder, 'gltf', file), encoded, '--always-patches', '--patch-faces', '500', '-q']);
@@ -265,6 +265,26 @@ page_test('loadStreaming of chosen patches', { skip: no_tool, script: prepare, f
         assert.deepEqual(same, same.map(() => true), name);
         assert.ok(is_all || sent() - before < made[name].length);
       }
+});
+
+// A sample whose morph targets are all in patches.
+const morphing = read_asset(path.join(samples, 'targets.glb')), [{ primitives: [morphing_primitive] }] = morphing.json.meshes;
+morphing_primitive.targets.pop();
+Object.values(morphing_primitive.extensions.PSPLIT_mesh_draco_patches.targets).forEach((ids) => ids.pop());
+morphing.json.buffers[0].uri = `data:application/octet-stream;base64,${Buffer.from(morphing.view_bytes(0)).toString('base64')}`;
+page_test('chosen patches with morph targets', { script: prepare, files: { '/': page, '/a.gltf': JSON.stringify(morphing.json) } }, async ({ result, page }) => {
+  await result;
+  const same = await page.evaluate(async () => {
+    const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+    const choose = () => [2, 0], { primitives: [{ indices, attributes, pointCount, patchCount }] } = await pool.decodeUrl('/a.gltf', { choose });
+    const { meshes, psplit } = await streamed('/a.gltf', new Scene(new NullEngine()), { choose });
+    await psplit.whole;
+    const mesh = meshes.find((of) => of.getTotalVertices() > 0), data = (name) => attributes.find((attribute) => attribute.name === name).array;
+    const target = mesh.morphTargetManager.getTarget(1), positions = data('POSITION').map((value, i) => value + data('targets/1/POSITION')[i]);
+    const is_equal = (a, b) => a.length === b.length && a.every((value, i) => value === b[i]);
+    return [patchCount === 2, mesh.getTotalVertices() === pointCount, is_equal(mesh.getIndices(), indices), is_equal(target.getPositions(), positions)];
+  });
+  assert.deepEqual(same, [true, true, true, true]);
 });
 
 page_test('a mesh that grows on screen, and one that fails on the way', { skip: no_tool, headers: isolation, files, script: prepare,

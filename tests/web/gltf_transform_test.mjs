@@ -39,7 +39,7 @@ const first_primitive = (document) => primitives_of(document)[0];
 const facts = (accessor) => accessor && [accessor.getType(), accessor.getNormalized(), accessor.getArray()];
 const geometry = (document) => primitives_of(document).map((primitive) => [primitive.getMode(), facts(primitive.getIndices()),
   ...primitive.listSemantics().sort().map((name) => [name, facts(primitive.getAttribute(name))]),
-  ...primitive.listTargets().map((target) => target.listSemantics().map((name) => facts(target.getAttribute(name))))]);
+  ...primitive.listTargets().map((target) => target.listSemantics().sort().map((name) => facts(target.getAttribute(name))))]);
 
 // The containers of a file, in the order of primitives.
 function containers(file) {
@@ -113,6 +113,52 @@ test('what did not change is written byte for byte', async () => {
     for (const accessor of json.accessors) assert.equal(accessor.bufferView, undefined);
     assert.deepEqual(warnings(), []);
   }
+});
+
+test('morph targets in patches', async () => {
+  const { io, warnings } = make_io(), asset = sample('targets.glb');
+  const [{ bytes, attributes }] = compressed_primitives(asset, kName), mesh = await psplit.decodeContainer(bytes, { attributes });
+  const document = await io.read(asset), primitive = first_primitive(document), accessor = (t, name) => primitive.listTargets()[t].getAttribute(name);
+  const targets = mesh.attributes.filter(({ name }) => name.startsWith('targets/'));
+  assert.equal(targets.length, 5);
+  for (const { name, array } of targets) assert.deepEqual(accessor(name.split('/')[1], name.split('/')[2]).getArray(), array, name);
+  assert.deepEqual(accessor(2, 'POSITION').getArray(), new Float32Array(3 * mesh.pointCount));
+  const pool = psplit.createPool({ workers: 1 }), ahead = await io.readAsJSON(asset);
+  await decodeAhead(ahead, pool);
+  pool.dispose();
+  assert.deepEqual(geometry(await make_io({}).io.readJSON(ahead)), geometry(document));
+
+  const stored_of = (file) => fine_primitives(read_asset(file).json.meshes[0])[0].extensions?.[kName]?.targets;
+  const file = await written(io, document), before = stored_of(asset);
+  assert.deepEqual([containers(file), stored_of(file)], [containers(asset), before]);
+  const { json } = read_asset(file), [{ primitives: [{ targets: of_json }] }] = json.meshes;
+  for (const name of Object.keys(before))
+    before[name].forEach((id, t) => id >= 0 && assert.equal(json.accessors[of_json[t][name]].bufferView, undefined));
+  // Targets that the container does not have: one that is new, and one that is left.
+  const moved = document.createAccessor().setType('VEC3').setArray(new Float32Array(3 * mesh.pointCount).fill(0.5)).setBuffer(document.getRoot().listBuffers()[0]);
+  primitive.addTarget(document.createPrimitiveTarget().setAttribute('POSITION', moved));
+  primitive.listTargets()[1].setAttribute('NORMAL', null);
+  const more = await written(io, document);
+  assert.deepEqual(stored_of(more), { POSITION: [...before.POSITION, -1], NORMAL: [before.NORMAL[0], -1, -1, -1], TEXCOORD_0: [...before.TEXCOORD_0, -1] });
+  assert.deepEqual(geometry(await io.read(more)), geometry(document));
+  if (gltf_psplit !== null) native('validate', '-q', more);
+  // As a fallback, accessors have the data.
+  const extension = document.getRoot().listExtensionsUsed().find((of) => of.extensionName === kName).setRequired(false);
+  const both = await written(io, document);
+  assert.deepEqual(containers(both), containers(asset));
+  assert.deepEqual(geometry(await make_io({}).io.read(both)), geometry(document));
+  extension.setRequired(true);
+  assert.deepEqual(warnings(), []);
+  // Another order, and other deltas.
+  const [first] = primitive.listTargets();
+  primitive.removeTarget(first);
+  const without = await written(io, document);
+  assert.match(warnings()[0], /mesh 0, primitive 0: targets\/0\/POSITION changed/);
+  assert.deepEqual([containers(without), geometry(await io.read(without))], [[undefined], geometry(document)]);
+  const changed = await io.read(asset);
+  first_primitive(changed).listTargets()[1].getAttribute('NORMAL').getArray()[0] += 1;
+  assert.deepEqual(geometry(await io.read(await written(io, changed))), geometry(changed));
+  assert.match(warnings()[1], /targets\/1\/NORMAL changed/);
 });
 
 // The coarse primitives of the first mesh, as a reader without the extension finds them.
@@ -221,7 +267,7 @@ const kTransforms = {
   }, /another extension writes it/, true],
 };
 for (const [name, [transform, of_seams, of_coarse = of_seams]] of Object.entries(kTransforms))
-  for (const [asset, expected] of [[sample('seams.glb'), of_seams], [sample('coarse.glb'), of_coarse]]) test(`${path.basename(asset)} after ${name}`, async () => {
+  for (const [asset, expected] of [[sample('seams.glb'), of_seams], [sample('coarse.glb'), of_coarse], [sample('targets.glb'), of_seams]]) test(`${path.basename(asset)} after ${name}`, async () => {
     await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
     const { io, warnings } = make_io();
     let document = await io.read(asset);
@@ -393,7 +439,7 @@ test('psplit() leaves what it cannot encode, and says so', async () => {
   await assert.rejects(document.transform(make_patches({ encoder, patches: -1 })), /patches/);
 });
 
-test('psplit() reorders morph targets, and primitives share a container', async () => {
+for (const lossless of [true, false]) test(`psplit() ${lossless ? 'reorders' : 'stores'} morph targets, and primitives share a container`, async () => {
   const document = new Document(), buffer = document.createBuffer(), size = 20, places = [], moves = [], faces = [];
   for (let y = 0; y <= size; ++y)
     for (let x = 0; x <= size; ++x) {
@@ -407,17 +453,36 @@ test('psplit() reorders morph targets, and primitives share a container', async 
     .setAttribute('POSITION', accessor(Float32Array, 'VEC3', places));
   document.createMesh().addPrimitive(primitive);
   document.createMesh().addPrimitive(primitive.clone());
-  await document.transform(make_patches({ patchFaces: 200, lossless: true }));
+  await document.transform(make_patches({ patchFaces: 200, lossless }));
   const [first, second] = primitives_of(document);
   assert.equal(first.getExtension(kName), second.getExtension(kName));
   const { io } = make_io(), file = await written(io, document), read = first_primitive(await io.read(file));
   assert.equal(new Set(containers(file)).size, 1);
   assert.equal(read.getAttribute('POSITION').getCount(), (size + 1) ** 2);
+  // Exact floats stay in accessors.
+  assert.deepEqual(read_asset(file).json.meshes[0].primitives[0].extensions[kName].targets, lossless ? undefined : { POSITION: [1] });
+  assert.deepEqual(geometry(await io.read(file)), geometry(document));
   const of_places = new Map(Array.from({ length: places.length / 3 }, (_, i) => [places.slice(3 * i, 3 * i + 2).join(), moves[3 * i + 2]]));
   const move = read.listTargets()[0].getAttribute('POSITION');
   for (let i = 0; i < move.getCount(); ++i)
-    assert.equal(move.getElement(i, [])[2], of_places.get(read.getAttribute('POSITION').getElement(i, []).slice(0, 2).join()));
+    assert.ok(Math.abs(move.getElement(i, [])[2] - of_places.get(read.getAttribute('POSITION').getElement(i, []).slice(0, 2).map(Math.round).join())) < (lossless ? 1e-9 : 0.01));
   if (gltf_psplit !== null) native('validate', '-q', file);
+});
+
+test('psplit() writes the morph targets of the command', needs_tool, async () => {
+  const [plain, wanted] = ['plain.glb', 'wanted.glb'].map((name) => path.join(folder, name));
+  native('decode', '-q', sample('targets.glb'), plain);
+  for (const [options, ...flags] of [[{}], [{ morphBits: 6, condense: true }, '--quantize-morph', '6', '--condense'],
+    [{ lossless: true }, '--lossless']]) {
+    native('encode', '-q', '--always-patches', ...flags, plain, wanted);
+    const { io, warnings } = make_io(), document = await io.read(plain);
+    await document.transform(make_patches(options));
+    const file = await written(io, document), stored = (of) => read_asset(of).json.meshes[0].primitives[0].extensions[kName];
+    assert.deepEqual([containers(file), stored(file).targets], [containers(wanted), stored(wanted).targets], flags.join());
+    assert.deepEqual(geometry(await io.read(file)), geometry(await io.read(wanted)));
+    native('validate', '-q', file);
+    assert.deepEqual(warnings(), []);
+  }
 });
 
 test('psplit() on the corpus: the containers of the command', { ...needs_tool, timeout: 600000, ...(corpus_folder === null && { skip: 'there is no corpus' }) }, async () => {

@@ -74,11 +74,14 @@ export function compressed_primitives(file, extension) {
   return (json.meshes ?? []).flatMap(fine_primitives).flatMap((primitive) => {
     const compressed = primitive.extensions?.[extension];
     if (compressed === undefined) return [];
-    const attributes = Object.entries(compressed.attributes).map(([name, uniqueId]) => {
-      const { componentType, type, normalized = false } = json.accessors[primitive.attributes[name]];
+    const request = (name, uniqueId, accessor) => {
+      const { componentType, type, normalized = false } = json.accessors[accessor];
       return { name, uniqueId, type: kTypes[componentType], componentCount: kComponents[type], normalized };
-    });
-    return [{ bytes: view_bytes(compressed.bufferView), attributes }];
+    };
+    const attributes = Object.entries(compressed.attributes).map(([name, uniqueId]) => request(name, uniqueId, primitive.attributes[name]));
+    const targets = Object.entries(compressed.targets ?? {}).flatMap(([name, ids]) => ids.flatMap((uniqueId, t) =>
+      (uniqueId < 0 ? [] : [request(`targets/${t}/${name}`, uniqueId, primitive.targets[t][name])])));
+    return [{ bytes: view_bytes(compressed.bufferView), attributes: [...attributes, ...targets] }];
   });
 }
 

@@ -20,7 +20,7 @@ const geometry_of = async (gltf) => (await geometries_of(gltf)).get('mesh 0, pri
 const drawn = ({ index: { array } }) => array.reduce((sum, point, i) => sum + (i % 3 === 0 && (point | array[i + 1] | array[i + 2]) !== 0 ? 1 : 0), 0);
 
 test('the samples are those that the plugin loads', async () => {
-  const names = ['patches.glb', 'condensed.glb', 'seams.glb', 'residue.glb', 'coarse.glb', 'fallback.gltf'];
+  const names = ['patches.glb', 'condensed.glb', 'seams.glb', 'residue.glb', 'coarse.glb', 'targets.glb', 'fallback.gltf'];
   const files = Object.fromEntries([...names, 'fallback.3017754ff5302130.bin', 'fallback.96bccec7e0ab550e.bin']
     .map((name) => [`/${name}`, () => in_chunks(readFileSync(path.join(samples, name)), () => 5000, 1)]));
   const { origin } = await serve_slowly(files);
@@ -130,14 +130,22 @@ test('chosen patches', needs_tool, async () => {
 test('primitives with data that is not in patches are whole', async () => {
   const gltf = JSON.parse(readFileSync(path.join(samples, 'fallback.gltf'), 'utf8')), [{ primitives: [primitive] }] = gltf.meshes;
   const files = Object.fromEntries(gltf.buffers.map(({ uri }) => [`/${uri}`, readFileSync(path.join(samples, uri))]));
-  const load = async (json) => {
+  const load = async (json, facts_of = ({ index }) => index.count) => {
     const { origin } = await serve_ranges((name, range) => part_of_file(files[name] ?? Buffer.from(JSON.stringify(json)), range));
     const gltf_ = await loadStreaming(make_loader(), `${origin}/a.gltf`, { pool, choose: () => [0] });
     await gltf_.psplit.whole;
-    return (await geometry_of(gltf_)).index.count;
+    return facts_of(await geometry_of(gltf_));
   };
   const whole = gltf.accessors[primitive.indices].count, targets = [{ POSITION: primitive.attributes.POSITION }];
   assert.ok(await load(gltf) < whole);
+  // Patches may be left out if all targets are in the patches.
+  const stored = { ...primitive.extensions.PSPLIT_mesh_draco_patches, targets: { POSITION: [0] } };
+  const morphing = await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, targets, extensions: { PSPLIT_mesh_draco_patches: stored } }] }] }, (geometry) => {
+    const { position } = geometry.attributes, { position: [target] } = geometry.morphAttributes;
+    assert.deepEqual(target.array, position.array);
+    return geometry.index.count;
+  });
+  assert.ok(morphing < whole);
   assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, targets }] }] }), whole);
   assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, attributes: { ...primitive.attributes, _OTHER: primitive.attributes.POSITION } }] }] }), whole);
   // Primitives that are equal share what is chosen.

@@ -47,12 +47,17 @@ const counting = (fail) => {
 };
 
 function assert_sample(name, geometry) {
-  const [{ points, indices_sha256, attributes_sha256 }] = expected[name].primitives;
+  const [{ points, indices_sha256, attributes_sha256, targets_sha256 = {} }] = expected[name].primitives;
   const names = { POSITION: 'position', NORMAL: 'normal', TEXCOORD_0: 'uv', _PART: '_part' };
   assert.equal(geometry.attributes.position.count, points);
   assert.equal(hash(Uint32Array.from(geometry.index.array)), indices_sha256);
   for (const [attribute, digest] of Object.entries(attributes_sha256))
     assert.equal(hash(values_of(geometry.attributes[names[attribute]])), digest, attribute);
+  for (const [target, digest] of Object.entries(targets_sha256)) {
+    const [, t, attribute] = target.split('/');
+    // three has no targets of texture coordinates.
+    if (attribute !== 'TEXCOORD_0') assert.equal(hash(values_of(geometry.morphAttributes[names[attribute]][t])), digest, target);
+  }
 }
 
 test('samples', async () => {
@@ -141,6 +146,52 @@ test('other attributes, morph targets and extras', async () => {
   gltf.scene.traverse((object) => (mesh = object.isMesh ? object : mesh));
   assert.deepEqual(mesh.morphTargetInfluences, [0.5]);
   assert.equal(mesh.userData.gltfExtensions, undefined);
+});
+
+test('morph targets in patches', async () => {
+  for (const name of ['targets.glb', 'condensed-targets.glb'])
+    for (const patchByPatch of [false, true]) {
+      const { json } = sample(name), parts = [], [{ primitives: [primitive] }] = json.meshes;
+      json.meshes[0].weights = [0.25, 0, 0.5];
+      json.meshes.push({ primitives: [{ ...structuredClone(primitive), targets: [{}, primitive.targets[0], {}],
+        extensions: { [kExtension]: { ...primitive.extensions[kExtension], targets: { POSITION: [-1, 3, -1], NORMAL: [-1, 4, -1] } } } }] });
+      json.nodes.push({ mesh: 1 });
+      json.scenes[0].nodes.push(1);
+      const gltf = await parse(json, { patchByPatch, onPart: (part) => parts.push(part) });
+      await gltf.psplit.whole;
+      const geometries = await geometries_of(gltf), geometry = geometries.get('mesh 0, primitive 0'), other = geometries.get('mesh 1, primitive 0');
+      assert_sample(name, geometry);
+      const { morphAttributes: { position, normal, uv }, morphTargetsRelative } = geometry;
+      assert.deepEqual([position.length, normal.length, uv, morphTargetsRelative], [3, 3, undefined, true]);
+      assert.ok(position[2].array.every((value) => value === 0));  // a target without data
+      let mesh;
+      gltf.scene.traverse((object) => (mesh ??= object.isMesh ? object : undefined));
+      assert.deepEqual(mesh.morphTargetInfluences, [0.25, 0, 0.5]);
+      assert.deepEqual(parts, []);  // such a mesh comes whole
+      // Another primitive with the container has targets of its own.
+      assert.deepEqual([other.index.array, other.attributes.position.array], [geometry.index.array, geometry.attributes.position.array]);
+      assert.deepEqual(other.morphAttributes.position[1].array, position[0].array);
+      assert.deepEqual(other.morphAttributes.normal[1].array, normal[0].array);
+    }
+});
+
+test('targets that break the rules', async () => {
+  const cases = [
+    [({ ids }) => ids.POSITION.pop(), /has no id for each target of POSITION/],
+    [({ ids }) => (ids.POSITION = 3), /has no id for each target of POSITION/],
+    [({ primitive }) => delete primitive.targets, /has no id for each target of POSITION/],
+    [({ ids }) => (ids.TANGENT = [9, -1, -1]), /targets\/0\/TANGENT has no accessor/],
+    [({ ids }) => (ids.POSITION[0] = 99), /no attribute for targets\/0\/POSITION \(unique id 99\)/],
+    [({ ids }) => (ids.POSITION[0] = -2), /targets\/0\/POSITION: no unique id/],
+    [({ accessor }) => (accessor.sparse = {}), /targets\/0\/POSITION is in the patches, but its accessor is sparse/],
+    [({ accessor }) => ++accessor.count, /the accessor of targets\/0\/POSITION has 127 points, but the patches have 126/],
+    [({ accessor }) => (accessor.type = 'VEC9'), /the accessor of targets\/0\/POSITION has no valid type/],
+  ];
+  for (const [edit, message] of cases) {
+    const { json, primitive } = sample('targets.glb');
+    edit({ primitive, ids: primitive.extensions[kExtension].targets, accessor: json.accessors[primitive.targets[0].POSITION] });
+    await assert.rejects(parse(json), { code: 'invalid-input', message }, String(message));
+  }
 });
 
 test('the fallback is read if a container cannot be decoded', async () => {

@@ -30,7 +30,8 @@ export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<nu
 
 export async function assets(bytes: ArrayBuffer, pool: Pool, signal: AbortSignal): Promise<BufferGeometry[]> {
   const assets: DecodedAsset[] = [await decodeGlb(bytes), await decodeGltf('a.gltf', { pool, signal })];
-  return assets.flatMap(({ primitives }) => primitives).map(({ indices, attributes }) => {
+  return assets.flatMap(({ primitives }) => primitives).map(({ indices, attributes, targets = [] }) => {
+    console.log(targets.map(({ POSITION }) => POSITION?.array.length));
     const { array, componentCount, normalized } = attributes['POSITION']!;
     return new BufferGeometry().setIndex(indices && new BufferAttribute(indices, 1)).setAttribute('position', new BufferAttribute(array, componentCount, normalized));
   });

@@ -14,7 +14,7 @@ async function open_file(input, signal) {
 }
 
 // The container that a primitive names. Primitives with equal keys are equal.
-const key_of = ({ attributes, indices, extensions }) => JSON.stringify([attributes, indices, extensions[kExtensionName]]);
+const key_of = ({ attributes, indices, targets, extensions }) => JSON.stringify([attributes, indices, targets, extensions[kExtensionName]]);
 
 export class ArrivingAsset {
   json = null;  // of a container alone

@@ -31,6 +31,8 @@ export interface DecodedPrimitive {
   indices: Uint8Array | Uint16Array | Uint32Array | null;
   /** By glTF's names: POSITION, NORMAL, TEXCOORD_0 and so on. */
   attributes: Record<string, DecodedAccessor>;
+  /** The same of each morph target, if it has some. */
+  targets?: Record<string, DecodedAccessor>[];
 }
 
 export interface DecodedAsset {
@@ -43,7 +45,7 @@ export interface DecodedAsset {
 /**
  * Decodes all primitives of a GLB, or of the JSON of a .gltf: PSPLIT_mesh_draco_patches, KHR_draco_mesh_compression, and what is
  * not compressed. Any bytes may be given. Fallbacks are read if what is compressed cannot be decoded, except if it is invalid.
- * Morph targets, images and animations are not read. Errors name mesh and primitive.
+ * Images and animations are not read. Errors name mesh and primitive.
  * @param options `url`: the asset's address, from which the addresses of other files are taken
  */
 export function decodeGlb(data: Bytes, options?: AssetOptions & { url?: string | URL }): Promise<DecodedAsset>;

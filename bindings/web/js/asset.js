@@ -1,6 +1,6 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
 import { as_psplit_error, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive,
+import { fitting_indices, kComponentCounts, kComponentTypes, kIndexArrays, names_of, number_of, packed, set_number, slot_of, stored_primitive,
   use_fine_meshes } from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
 import { bytes_of, signal_of } from './job.js';
@@ -9,6 +9,7 @@ import { array_of } from './types.js';
 
 const kDraco = 'KHR_draco_mesh_compression', kMeshopt = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
 const kGlb = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+const kMostUnbacked = 2 ** 30;  // bytes of zeros that targets without a buffer view have
 const on_this_thread = { decodeContainer, decodeDraco };
 
 const invalid = (message) => new PsplitError(message, 'invalid-input');
@@ -58,6 +59,7 @@ class Asset {
   #url;
   #decoder;
   #signal;
+  #unbacked = 0;         // bytes of accessors without a buffer view
   #buffers = new Map();  // promises of bytes by number
   #meshes = new Map();   // promises of decoded meshes by what is stored, because primitives may share it
 
@@ -86,24 +88,21 @@ class Asset {
   }
 
   async #primitive(definition) {
-    const { [kExtensionName]: patches, [kDraco]: draco } = definition.extensions ?? {};
-    const compressed = patches ?? draco;
-    if (compressed === undefined) return this.#plain_primitive(definition);
-    const is_patches = patches !== undefined, names = Object.keys(compressed.attributes ?? {});
+    const draco = definition.extensions?.[kDraco], patches = stored_primitive(this.#json, definition);
+    if ((patches ?? draco) === undefined) return this.#plain_primitive(definition);
+    const names = patches?.attributes.map(({ name }) => name) ?? Object.keys(draco.attributes ?? {});
     try {
-      const decoded = await (is_patches ? this.#patches(definition) : this.#draco(definition, draco));
-      return { ...decoded, attributes: { ...await this.#attributes(definition, names), ...decoded.attributes } };
+      const decoded = await (patches ? this.#patches(definition, patches) : this.#draco(definition, draco));
+      return { ...decoded, ...arranged(definition, { ...await this.#attributes(definition, names, decoded.pointCount), ...decoded.attributes }) };
     } catch (error) {
       // What cannot be decoded may have a fallback, but not what is invalid.
-      const accessors = [definition.indices, ...names.map((name) => definition.attributes[name])];
-      const has_fallback = accessors.every((i) => this.#json.accessors[i]?.bufferView !== undefined);
+      const has_fallback = [undefined, ...names].every((name) => this.#json.accessors[number_of(definition, name)]?.bufferView !== undefined);
       if (!['unsupported', 'failed', 'out-of-memory'].includes(error.code) || !has_fallback) throw error;
       return this.#plain_primitive(definition);
     }
   }
 
-  async #patches(definition) {
-    const { bufferView, attributes } = stored_primitive(this.#json, definition);
+  async #patches(definition, { bufferView, attributes }) {
     const mesh = await this.#decoded('decodeContainer', bufferView, attributes);
     return { coding: 'patches', pointCount: mesh.pointCount, indices: fitting_indices(this.#json, definition, mesh),
       attributes: by_name(mesh.attributes) };
@@ -132,15 +131,16 @@ class Asset {
   }
 
   async #plain_primitive(definition) {
-    const attributes = await this.#attributes(definition, []), { indices } = definition;
-    const pointCount = Math.min(...Object.values(attributes).map(({ array, componentCount }) => array.length / componentCount));
-    return { coding: 'none', pointCount: Number.isFinite(pointCount) ? pointCount : 0,
-      indices: indices === undefined ? null : (await this.#values(indices)).array, attributes };
+    const counts = Object.values(definition.attributes ?? {}).map((i) => this.#accessor(i).count), { indices } = definition;
+    const pointCount = counts.length > 0 ? Math.min(...counts) : 0;
+    const values = await this.#attributes(definition, [], pointCount);
+    return { coding: 'none', pointCount, indices: indices === undefined ? null : (await this.#values(indices)).array, ...arranged(definition, values) };
   }
-  // The attributes that are not compressed. `names`: of those that are.
-  async #attributes({ attributes }, names) {
-    const plain = Object.entries(attributes ?? {}).filter(([name]) => !names.includes(name));
-    return Object.fromEntries(await Promise.all(plain.map(async ([name, accessor]) => [name, await this.#values(accessor)])));
+  // The attributes that are not compressed, and those of morph targets. `names`: of those that are.
+  async #attributes(definition, names, points) {
+    const plain = names_of(definition).filter((name) => !names.includes(name));
+    return Object.fromEntries(await Promise.all(plain.map(async (name) =>
+      [name, await this.#values(number_of(definition, name), slot_of(definition, name)[2] && points)])));
   }
 
   #accessor(i) {
@@ -151,11 +151,15 @@ class Asset {
       throw invalid(`accessor ${i} has no valid type or count`);
     return accessor;
   }
-  async #values(i) {
-    const accessor = this.#accessor(i), { bufferView, componentType, type, normalized = false, sparse } = accessor;
-    if (bufferView === undefined) throw new PsplitError(`accessor ${i} has no buffer view`, 'unsupported');
-    const bytes = packed(await this.#view(bufferView), accessor, this.#json.bufferViews[bufferView]);
-    const componentCount = kComponentCounts[type], array = new (array_of(kComponentTypes[componentType]))(bytes.buffer);
+  // Those of a morph target may have no buffer view: they are 0, but for sparse ones. `points`: of the primitive of a target.
+  async #values(i, points) {
+    const accessor = this.#accessor(i), { bufferView, componentType, count, type, normalized = false, sparse } = accessor;
+    const componentCount = kComponentCounts[type], Type = array_of(kComponentTypes[componentType]), length = count * componentCount;
+    const is_unbacked = bufferView === undefined;
+    if (is_unbacked && (count !== points || (this.#unbacked += length * Type.BYTES_PER_ELEMENT) > kMostUnbacked))
+      throw new PsplitError(`accessor ${i} has no buffer view`, 'unsupported');
+    const array = is_unbacked ? new Type(length)
+      : new Type(packed(await this.#view(bufferView), accessor, this.#json.bufferViews[bufferView]).buffer);
     if (sparse !== undefined) await this.#apply_sparse(array, componentCount, accessor, sparse);
     return { type: kComponentTypes[componentType], componentCount, normalized, array };
   }
@@ -198,6 +202,13 @@ class Asset {
       throw invalid(`buffer ${i} is in the file ${uri}: the option \`url\` has to say where the asset is`);
     return fetch_bytes(new URL(uri, this.#url), this.#signal);
   }
+}
+
+// Attributes, and those of morph targets, as the primitive has them.
+function arranged({ targets }, values) {
+  const of = { attributes: {}, ...(targets && { targets: targets.map(() => ({})) }) };
+  for (const name of Object.keys(values)) set_number(of, name, values[name]);
+  return of;
 }
 
 const by_name = (attributes) => Object.fromEntries(attributes.map(({ name, type, componentCount, normalized, array }) =>

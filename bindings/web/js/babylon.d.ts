@@ -33,8 +33,7 @@ export interface BabylonStreamingOptions {
   onPart?: (part: DecodedPart, mesh: ContainerCounts & ChosenPatches) => void;
   /**
    * Leaves patches out, as in `decodeUrl` of psplit. The mesh then has the chosen patches alone, in their order; its bounds are those
-   * of the whole mesh. It is not called for primitives with morph targets or with attributes that are not in patches: these are
-   * whole.
+   * of the whole mesh. It is not called for primitives with morph targets or attributes that are not in patches: these are whole.
    */
   choose?: ChoosePatches | null;
   /** Others are Babylon.js' own. */

@@ -3,7 +3,7 @@
 // for an asset that is not compressed.
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, packed, stored_primitive, use_fine_meshes } from './gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, number_of, packed, set_number, stored_primitive, use_fine_meshes } from './gltf.js';
 import { GrowingMesh } from './growing_mesh.js';
 import { signal_of } from './job.js';
 import { createPool } from './pool.js';
@@ -165,16 +165,15 @@ class PatchesLoader {
       try {
         const stored = stored_primitive(gltf, primitive);
         if (stored === undefined) return;
-        const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices]);
+        const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices, primitive.targets]);
         if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place, { mesh: m, primitive: p }));
-        const { container, attributes, indices } = containers.get(key);
+        const container = containers.get(key);
         container.may_choose &&= is_all_stored(primitive, stored.attributes);
         this.#by_primitive.set(primitive, container);
         ++container.uses;
         // Babylon.js adds morph targets to the points when it makes the mesh, so these must be whole by then.
         container.is_whole ||= primitive.targets !== undefined;
-        primitive.attributes = { ...primitive.attributes, ...attributes };
-        primitive.indices = indices;
+        for (const [name, { index }] of container.accessors) set_number(primitive, name, index);
       } catch (error) {
         throw placed(error, place);
       }
@@ -200,21 +199,20 @@ class PatchesLoader {
     return arriving_of(buffer)?.asset.buffer(buffer.index, byteOffset, byteLength) ?? null;
   }
 
-  // Makes the accessors of a container. Returns their numbers.
-  #add_accessors(gltf, { attributes, indices }, stored, place, numbers) {
-    const container = { gltf, primitive: { attributes, indices }, stored, place, numbers, arrays: undefined, uses: 0, meshes: [], is_whole: false,
+  // A container and its accessors.
+  #add_accessors(gltf, { attributes, indices, targets }, stored, place, numbers) {
+    const primitive = { attributes: { ...attributes }, indices, targets: targets?.map((target) => ({ ...target })) };
+    const container = { gltf, primitive, stored, place, numbers, arrays: undefined, uses: 0, meshes: [], is_whole: false,
       may_choose: true, accessors: new Map() };  // its own, by name; the indices come first
-    const add = (name, original) => {
+    for (const name of [undefined, ...stored.attributes.map((attribute) => attribute.name)]) {
       const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
       gltf.bufferViews.push(view);
       this.#columns.set(view, { container, name });
       const index = gltf.accessors.length;
-      container.accessors.set(name, { ...gltf.accessors[original], bufferView: view.index, byteOffset: 0, index });
+      container.accessors.set(name, { ...gltf.accessors[number_of(primitive, name)], bufferView: view.index, byteOffset: 0, index });
       gltf.accessors.push(container.accessors.get(name));
-      return index;
-    };
-    return { container, indices: add(undefined, indices),
-      attributes: Object.fromEntries(stored.attributes.map(({ name }) => [name, add(name, attributes[name])])) };
+    }
+    return container;
   }
 
   // Resolves to the bytes of a container's columns by their names: whole, or when the first patches are there.
@@ -246,8 +244,7 @@ class PatchesLoader {
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
     } catch (error) {
       // A loader may read the fallback in place of a container, except if the container is invalid.
-      const columns = [[undefined, primitive.indices],
-        ...stored.attributes.map(({ name }) => [name, primitive.attributes[name]])];
+      const columns = [...container.accessors.keys()].map((name) => [name, number_of(primitive, name)]);
       const has_fallback = columns.every(([, accessor]) => gltf.accessors[accessor].bufferView !== undefined);
       const is_fault = !(error instanceof PsplitError) || error.code === 'invalid-input' || error.code === 'aborted';
       if (is_fault || !has_fallback || upload?.has_begun === true) throw placed(error, place);

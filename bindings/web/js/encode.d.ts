@@ -16,11 +16,14 @@ export interface AttributeToEncode {
 export interface MeshToEncode {
   /** Three numbers of points for each face. Without them, each three points are a face. */
   indices?: Uint8Array | Uint16Array | Uint32Array | null;
-  /** By glTF's names. POSITION is one of them. */
+  /**
+   * By glTF's names. POSITION is one of them. The deltas of morph target 3 may be `targets/3/POSITION` and so on; their ids go in
+   * the extension's `targets`.
+   */
   attributes: Record<string, AttributeToEncode>;
   /**
-   * As many bytes for each point. Points that differ in them are not merged: for data beside the attributes, such as morph
-   * targets, which `sourcePoints` puts in the order of the encoded mesh.
+   * As many bytes for each point. Points that differ in them are not merged: for data beside the attributes, which `sourcePoints`
+   * puts in the order of the encoded mesh.
    */
   distinct?: ArrayBufferView;
 }
@@ -47,6 +50,8 @@ export interface EncodeOptions {
   texcoordBits?: number;
   colorBits?: number;
   genericBits?: number;
+  /** Of morph targets, as if they were as wide as the attribute that they change. By default its bits. */
+  morphBits?: number;
   /** Keeps every float exactly. */
   lossless?: boolean;
   /** Names of attributes that are kept exactly. */

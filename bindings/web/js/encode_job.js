@@ -28,6 +28,7 @@ const kOptions = {
   texcoordBits: [12, bits()],
   colorBits: [8, bits()],
   genericBits: [12, bits()],
+  morphBits: [0, a_number(0, 30)],
   lossless: [false, a_flag],
   positionBitsBy: [0, a_number(0, 2)],  // not the caller's: see numbers_of
   maxError: [0, a_number(0, Number.MAX_VALUE, false)],

@@ -31,8 +31,8 @@ export interface PsplitOptions extends Omit<EncodeOptions, 'decoded'> {
 
 /**
  * A transform that makes patches of all lists of triangles, with the bytes of `gltf-psplit encode --always-patches`. The document then
- * has the geometry to which they decode. Morph targets get the new order of points. The logger says what is left as it is: points,
- * lines, strips, and what is in patches already.
+ * has the geometry to which they decode. Morph targets are in patches, but for zeros and exact floats: these get the new order of
+ * points. The logger says what is left as it is: points, lines, strips, and what is in patches already.
  */
 export function psplit(options?: PsplitOptions): Transform;
 

@@ -2,7 +2,7 @@
 // made, and whose geometry did not change since. Other geometry is written without the extension.
 import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType, RefList } from '@gltf-transform/core';
 import { error_from_data, PsplitError } from './error.js';
-import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, stored_primitive } from './gltf.js';
+import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, number_of, slot_of, stored_primitive } from './gltf.js';
 import { Decoder } from './instance.js';
 import { make_job } from './job.js';
 import { compile_module } from './module.js';
@@ -97,7 +97,7 @@ class CoarsePrimitives extends ExtensionProperty {
     return this.listRefs('primitives');
   }
 }
-const kCoarse = 'CoarsePrimitives', kMeshopt = 'EXT_meshopt_compression';
+const kCoarse = 'CoarsePrimitives', kMeshopt = 'EXT_meshopt_compression', kMostAttributes = 256;
 
 // As glTF-Transform reads and writes the primitives of meshes.
 function read_primitive(document, context, { attributes = {}, indices, material, mode, targets = [], extras }, names = []) {
@@ -123,6 +123,13 @@ function write_primitive(context, primitive) {
     ...(material !== null && { material: context.materialIndexMap.get(material) }),
     ...(primitive.listTargets().length > 0 && { targets: primitive.listTargets().map(numbers_of) }),
     ...(Object.keys(extras).length > 0 && { extras }) };
+}
+
+// Where a primitive has an accessor, as slot_of says: an object and the name there, for a morph target also its number.
+const place_of = (primitive, name) => slot_of({ attributes: primitive, targets: primitive.listTargets() }, name);
+function attribute_of(primitive, name) {
+  const [holder, key] = place_of(primitive, name);
+  return holder?.getAttribute(key) ?? null;
 }
 
 function equal_bytes(a, b) {
@@ -198,7 +205,7 @@ export class PsplitMeshDracoPatches extends Extension {
         primitive_read.accessors.push([name, accessor]);
       };
       set(undefined, primitive.indices, fitting_indices(json, primitive, mesh));
-      for (const { name, array } of mesh.attributes) set(name, primitive.attributes[name], array);
+      for (const { name, array } of mesh.attributes) set(name, number_of(primitive, name), array);
       this.#read_primitives.push(primitive_read);
     });
     if (is_fallback) this.#read_fallback();
@@ -227,8 +234,9 @@ export class PsplitMeshDracoPatches extends Extension {
     for (const { m, p, container, accessors } of this.#read_primitives) {
       const primitive = context.meshes[m].listPrimitives()[p].setExtension(kExtensionName, container);
       for (const [name, accessor] of accessors) {
+        const [holder, key] = place_of(primitive, name);
         if (name === undefined) primitive.setIndices(accessor);
-        else primitive.setAttribute(name, accessor);
+        else holder.setAttribute(key, accessor);
       }
     }
     return this;
@@ -276,7 +284,7 @@ export class PsplitMeshDracoPatches extends Extension {
     if (this.#decoder === undefined) return 'there is no dependency "psplit.decoder" to compare the geometry with its container';
     if (indices === null || primitive.getMode() !== Primitive.Mode.TRIANGLES)
       return 'it is not a list of indexed triangles any more';
-    if (present.length === 0) return 'it has no attribute of its container any more';
+    if (present.every(({ name }) => primitive.getAttribute(name) === null)) return 'it has no attribute of its container any more';
     const another_type = present.find(({ type, componentCount, accessor }) =>
       kComponentTypes[accessor.getComponentType()] !== type || kComponentCounts[accessor.getType()] !== componentCount);
     if (another_type !== undefined) return `${another_type.name} has another type`;
@@ -298,9 +306,11 @@ export class PsplitMeshDracoPatches extends Extension {
     // Whether a container has what the graph's edge to an accessor refers to.
     const is_stored = (edge) => {
       const parent = edge.getParent(), container = kept.get(parent);
-      if (container !== undefined) {
-        return edge.getName() === 'indices' || (edge.getName() === 'attributes' &&
-          container.attributes.some(({ name }) => name === edge.getAttributes().key));
+      const stores = (container, of) => container.attributes.some(({ name }) => name === of), { key } = edge.getAttributes();
+      if (container !== undefined) return edge.getName() === 'indices' || (edge.getName() === 'attributes' && stores(container, key));
+      if (parent.propertyType === PropertyType.PRIMITIVE_TARGET) {
+        return parent.listParents().every((primitive) => primitive.propertyType !== PropertyType.PRIMITIVE || !is_in_mesh(primitive) ||
+          primitive.listTargets().every((target, t) => target !== parent || (kept.has(primitive) && stores(kept.get(primitive), `targets/${t}/${key}`))));
       }
       return parent.propertyType === PropertyType.ROOT || (parent.propertyType === PropertyType.PRIMITIVE && !is_in_mesh(parent));
     };
@@ -329,9 +339,14 @@ export class PsplitMeshDracoPatches extends Extension {
         if (container === undefined) return;
         const view = context.otherBufferViewsIndexMap.get(views.get(container)), definition = json.meshes[m].primitives[p];
         json.bufferViews[view].byteLength = container.bytes.length;
-        const attributes = Object.fromEntries(
-          present_attributes(primitive, container).map(({ name, uniqueId }) => [name, uniqueId]));
-        definition.extensions = { ...definition.extensions, [kExtensionName]: { bufferView: view, attributes } };
+        const attributes = {}, targets = {};
+        for (const { name, uniqueId } of present_attributes(primitive, container)) {
+          const [, key, target] = place_of(primitive, name);
+          if (target === undefined) attributes[key] = uniqueId;
+          else (targets[key] ??= primitive.listTargets().map(() => -1))[target] = uniqueId;
+        }
+        definition.extensions = { ...definition.extensions, [kExtensionName]: { bufferView: view, attributes,
+          ...(Object.keys(targets).length > 0 && { targets }) } };
       });
       const coarse = mesh.getExtension(kExtensionName), definition = json.meshes[m];
       if (coarse === null || !mesh.listPrimitives().some((primitive) => kept.has(primitive))) continue;
@@ -414,7 +429,7 @@ function write_accessors(context, stored) {
 
 // The attributes of a container that the primitive has. Others were removed: they stay in the container, but are not read.
 const present_attributes = (primitive, { attributes }) => attributes.map((attribute) =>
-  ({ ...attribute, accessor: primitive.getAttribute(attribute.name) })).filter(({ accessor }) => accessor !== null);
+  ({ ...attribute, accessor: attribute_of(primitive, attribute.name) })).filter(({ accessor }) => accessor !== null);
 const is_in_mesh = (primitive) => primitive.listParents().some((parent) => [PropertyType.MESH, kCoarse].includes(parent.propertyType));
 const has_coarse = (primitive) => primitive.listParents().every((parent) =>
   parent.propertyType !== PropertyType.MESH || parent.getExtension(kExtensionName) !== null);
@@ -488,10 +503,20 @@ function offsets_of(root, meshes) {
   return offsets.length === 0 ? undefined : Float64Array.from(offsets.flat());
 }
 
-// The data of morph targets, as bytes for each point.
-function bytes_of_targets(primitive) {
-  const points = primitive.getAttribute('POSITION').getCount();
-  const arrays = primitive.listTargets().flatMap((target) => target.listAttributes()).map((accessor) => accessor.getArray());
+// The names of morph targets in slots: those that a container stores, and others. The rules are those of gltf-psplit.
+function names_of_targets(primitive, { exact = [], lossless }) {
+  const stored = [], others = [];
+  for (const [t, target] of primitive.listTargets().entries()) for (const name of target.listSemantics()) {
+    const of_base = primitive.getAttribute(name)?.getArray(), array = target.getAttribute(name).getArray();
+    const fits = array instanceof Float32Array ? !lossless && of_base instanceof Float32Array && !exact.includes(name) : !(array instanceof Uint32Array);
+    const has_room = primitive.listSemantics().length + stored.length < kMostAttributes;
+    (fits && has_room && array.some((value) => value !== 0) ? stored : others).push(`targets/${t}/${name}`);
+  }
+  return { stored, others };
+}
+
+// Data, as bytes for each point.
+function bytes_of_points(arrays, points) {
   if (arrays.length === 0) return undefined;
   const widths = arrays.map(({ byteLength }) => byteLength / points), stride = widths.reduce((a, b) => a + b);
   const bytes = new Uint8Array(points * stride);
@@ -512,11 +537,16 @@ export function psplit(options) {
   async function psplit(document) {
     const root = document.getRoot(), graph = document.getGraph(), left = [];
     const groups = groups_of(root.listMeshes(), (reason) => left.push(reason));
-    const meshes = groups.map(({ primitives: [primitive] }) => ({ indices: primitive.getIndices()?.getArray(),
-      attributes: Object.fromEntries(primitive.listSemantics().map((name) => {
-        const accessor = primitive.getAttribute(name);
-        return [name, { array: accessor.getArray(), componentCount: accessor.getElementSize(), normalized: accessor.getNormalized() }];
-      })), distinct: bytes_of_targets(primitive) }));
+    const meshes = groups.map((group) => {
+      const { primitives: [primitive] } = group, { stored, others } = names_of_targets(primitive, rest);
+      group.others = others;
+      return { indices: primitive.getIndices()?.getArray(),
+        attributes: Object.fromEntries([...primitive.listSemantics(), ...stored].map((name) => {
+          const accessor = attribute_of(primitive, name);
+          return [name, { array: accessor.getArray(), componentCount: accessor.getElementSize(), normalized: accessor.getNormalized() }];
+        })),
+        distinct: bytes_of_points(others.map((name) => attribute_of(primitive, name).getArray()), primitive.getAttribute('POSITION').getCount()) };
+    });
     const { encodeMeshes } = encoder === undefined ? await import('./encode.js') : { encodeMeshes: (...of) => encoder.encodeMeshes(...of) };
     const offsets = quantizationVolume === 'scene' ? offsets_of(root, new Set(groups.flatMap(({ meshes: of }) => of.map((m) => root.listMeshes()[m])))) : undefined;
     const results = groups.length === 0 ? [] : await encodeMeshes(meshes, { ...rest, decoded: true, leave: true,
@@ -531,31 +561,30 @@ export function psplit(options) {
     if (!extension.hasDecoder) extension.install('psplit.decoder', await createDecoder({ wasm }));
 
     const replaced = new Set();
-    groups.forEach(({ primitives }, i) => {
+    groups.forEach(({ primitives, others }, i) => {
       if (results[i].unsupported !== undefined) return;
       const { container: bytes, attributes, indices, pointCount, sourcePoints } = results[i], [first] = primitives;
       const buffer = first.getAttribute('POSITION').getBuffer() ?? root.listBuffers()[0] ?? document.createBuffer();
       const like = (accessor, array) => document.createAccessor(accessor?.getName()).setType(accessor?.getType() ?? 'SCALAR')
         .setNormalized(accessor?.getNormalized() ?? false).setArray(array).setBuffer(buffer);
-      const made = Object.fromEntries(attributes.map(({ name, array }) => [name, like(first.getAttribute(name), array)]));
+      const made = Object.fromEntries(attributes.map(({ name, array }) => [name, like(attribute_of(first, name), array)]));
       const made_indices = like(first.getIndices(), pointCount <= 0xffff ? new Uint16Array(indices) : indices);
-      const made_targets = first.listTargets().map((target) => Object.fromEntries(target.listSemantics().map((name) => {
-        const accessor = target.getAttribute(name), width = accessor.getElementSize(), from = accessor.getArray();
+      for (const name of others) {
+        const accessor = attribute_of(first, name), width = accessor.getElementSize(), from = accessor.getArray();
         const array = new from.constructor(width * pointCount);
         sourcePoints.forEach((source, point) => array.set(from.subarray(source * width, (source + 1) * width), point * width));
-        return [name, like(accessor, array).setSparse(accessor.getSparse())];
-      })));
+        made[name] = like(accessor, array).setSparse(accessor.getSparse());
+      }
       const container = new PatchContainer(graph).fill(bytes,
         attributes.map(({ name, uniqueId, type, componentCount, normalized }) => ({ name, uniqueId, type, componentCount, normalized })), buffer);
-      const replace = (holder, name, accessor) => {
-        replaced.add(holder.getAttribute(name));
-        holder.setAttribute(name, accessor);
-      };
       for (const primitive of primitives) {
         replaced.add(primitive.getIndices());
         primitive.setIndices(made_indices).setExtension(kExtensionName, container);
-        for (const name of Object.keys(made)) replace(primitive, name, made[name]);
-        primitive.listTargets().forEach((target, t) => Object.keys(made_targets[t]).forEach((name) => replace(target, name, made_targets[t][name])));
+        for (const name of Object.keys(made)) {
+          const [holder, key] = place_of(primitive, name);
+          replaced.add(holder.getAttribute(key));
+          holder.setAttribute(key, made[name]);
+        }
       }
     });
     for (const accessor of replaced)

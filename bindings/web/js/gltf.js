@@ -27,8 +27,29 @@ export function packed(data, { byteOffset = 0, componentType, count, type }, { b
   return bytes;
 }
 
-function accessor_of(json, holder, name) {
-  const accessor = json.accessors?.[holder?.[name]];
+/**
+ * Where a primitive has the number of an accessor: an object and its key, for a morph target also its number. The name is that of
+ * an attribute, or like targets/3/POSITION; undefined of indices.
+ */
+export function slot_of(primitive, name) {
+  const [, target, key] = /^targets\/(\d+)\/(.+)/.exec(name) ?? [];
+  return name === undefined ? [primitive, 'indices'] : key ? [primitive.targets?.[target], key, target] : [primitive.attributes, name];
+}
+export function number_of(primitive, name) {
+  const [holder, key] = slot_of(primitive, name);
+  return holder?.[key];
+}
+export function set_number(primitive, name, number) {
+  const [holder, key] = slot_of(primitive, name);
+  holder[key] = number;
+}
+/** The names of all attributes of a primitive, and of its morph targets. */
+export const names_of = ({ attributes = {}, targets = [] }) => [...Object.keys(attributes),
+  ...targets.flatMap((target, t) => Object.keys(target).map((name) => `targets/${t}/${name}`))];
+
+function accessor_of(json, primitive, name) {
+  const accessor = json.accessors?.[number_of(primitive, name)];
+  name ??= 'indices';
   if (accessor === undefined) throw invalid(`${name} has no accessor`);
   if (accessor.sparse !== undefined) throw invalid(`${name} is in the patches, but its accessor is sparse`);
   return accessor;
@@ -56,14 +77,19 @@ export function stored_primitive(json, primitive) {
   if (stored === undefined) return undefined;
   if ((primitive.mode ?? 4) !== 4) throw invalid('patches are triangle lists: mode must be 4');
   if (json.bufferViews?.[stored.bufferView] === undefined) throw invalid('the container has no buffer view');
-  const attributes = Object.entries(stored.attributes ?? {}).map(([name, uniqueId]) => {
-    const { componentType, type, normalized = false } = accessor_of(json, primitive.attributes, name);
+  // For each semantic an id for each target of the primitive, or -1.
+  const targets = Object.entries(stored.targets ?? {}).flatMap(([name, ids]) => {
+    if (!Array.isArray(ids) || ids.length !== primitive.targets?.length) throw invalid(`${kExtensionName} has no id for each target of ${name}`);
+    return ids.map((id, t) => [`targets/${t}/${name}`, id]).filter(([, id]) => id !== -1);
+  });
+  const attributes = [...Object.entries(stored.attributes ?? {}), ...targets].map(([name, uniqueId]) => {
+    const { componentType, type, normalized = false } = accessor_of(json, primitive, name);
     if (kComponentTypes[componentType] === undefined || kComponentCounts[type] === undefined)
       throw invalid(`the accessor of ${name} has no valid type`);
     return { name, uniqueId, type: kComponentTypes[componentType], componentCount: kComponentCounts[type], normalized };
   });
-  if (attributes.length === 0) throw invalid(`${kExtensionName} has no attributes`);
-  if (kIndexArrays[accessor_of(json, primitive, 'indices').componentType] === undefined)
+  if (attributes.length === targets.length) throw invalid(`${kExtensionName} has no attributes`);
+  if (kIndexArrays[accessor_of(json, primitive).componentType] === undefined)
     throw invalid('the accessor of indices has no valid type');
   return { bufferView: stored.bufferView, attributes };
 }
@@ -71,10 +97,10 @@ export function stored_primitive(json, primitive) {
 /** Throws if a mesh with these counts does not fit the accessors of these attributes and of indices. */
 export function check_counts(json, primitive, attributes, { faceCount, pointCount }) {
   for (const { name } of attributes) {
-    const { count } = accessor_of(json, primitive.attributes, name);
+    const { count } = accessor_of(json, primitive, name);
     if (count !== pointCount) throw invalid(`the accessor of ${name} has ${count} points, but the patches have ${pointCount}`);
   }
-  const { count, componentType } = accessor_of(json, primitive, 'indices');
+  const { count, componentType } = accessor_of(json, primitive);
   if (count !== 3 * faceCount) throw invalid(`the accessor of indices has ${count} indices, but the patches have ${3 * faceCount}`);
   // No index may be the largest value of the type.
   if (pointCount > 2 ** (8 * kIndexArrays[componentType].BYTES_PER_ELEMENT) - 1)
@@ -92,8 +118,7 @@ export const index_type = ({ componentType }, point_count) =>
  * Whether all data of a primitive that goes with its points is in patches, so that patches may be left out.
  * @param {object} primitive as the JSON has it @param {{ name: string }[]} attributes those in patches
  */
-export const is_all_stored = (primitive, attributes) =>
-  primitive.targets === undefined && Object.keys(primitive.attributes).every((of) => attributes.some(({ name }) => name === of));
+export const is_all_stored = (primitive, attributes) => names_of(primitive).every((of) => attributes.some(({ name }) => name === of));
 
 /** The mesh's indices in the type of the primitive's accessor. Throws if the mesh does not fit the accessors. */
 export function fitting_indices(json, primitive, mesh) {

@@ -20,8 +20,12 @@ export interface DracoAttributeRequest {
   type?: ComponentType;
 }
 
-/** An attribute of a container that is wanted: the extension's `attributes` have the unique ids, the accessors the rest. */
+/**
+ * An attribute of a container that is wanted: the extension's `attributes` and `targets` have the unique ids, the accessors the
+ * rest.
+ */
 export interface AttributeRequest {
+  /** glTF's. The deltas of a morph target have a name like `targets/3/POSITION`, also in results. */
   name: string;
   uniqueId: number;
   type: 'int8' | 'uint8' | 'int16' | 'uint16' | 'uint32' | 'float32';

@@ -34,7 +34,8 @@ export interface PsplitPluginOptions {
   /**
    * Whether meshes are shown while their patches arrive. The loader then resolves when each mesh has its first patches. The
    * geometries have their final size, and gain triangles until `whole` resolves. Draw again on each `onProgress`. Do not
-   * copy or change the geometries before `whole`. Meshes with stored weights of a skin arrive whole.
+   * copy or change the geometries before `whole`. Meshes with stored weights of a skin, or with morph
+   * targets in patches, arrive whole.
    */
   patchByPatch?: boolean;
   /** With `patchByPatch`: is called when the patches of a part have been written to the geometry. */
@@ -42,7 +43,7 @@ export interface PsplitPluginOptions {
   /**
    * With loadStreaming: leaves patches out, as in `decodeUrl` of psplit. The geometry then has the chosen patches alone, in their
    * order; bounds that are taken from the file are those of the whole mesh. It is not called for primitives with morph targets or
-   * with attributes that are not in patches: these are whole.
+   * attributes that are not in patches: these are whole.
    */
   choose?: ChoosePatches | null;
   /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */

@@ -1,6 +1,6 @@
 // A container of a glTF asset, and the synthetic accessors and buffer views that stand for its decoded arrays.
 import { PsplitError } from '../error.js';
-import { check_counts, index_type, is_all_stored, kComponentCounts, stored_primitive } from '../gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, number_of, set_number, stored_primitive } from '../gltf.js';
 import { aligned_stride, copy_elements } from '../aligned.js';
 
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
@@ -12,7 +12,8 @@ const replaced = new WeakMap();
 class Column {
   #published;  // the synthetic accessor, and its buffer view
 
-  constructor(json, number, is_indices) {
+  constructor(json, primitive, name) {
+    const number = number_of(primitive, name);
     this.source = replaced.get(json.accessors[number]) ?? number;
     this.accessor = json.accessors[this.source];
     this.Type = kArrays[this.accessor.componentType];
@@ -20,7 +21,7 @@ class Column {
     this.count = this.accessor.count;
     const bytes = this.Type.BYTES_PER_ELEMENT;
     // In components, from one element to the next.
-    this.stride = is_indices ? 1 : aligned_stride(bytes * this.components) / bytes;
+    this.stride = name === undefined ? 1 : aligned_stride(bytes * this.components) / bytes;
   }
   get bytes() {
     return this.count * this.stride * this.Type.BYTES_PER_ELEMENT;
@@ -71,8 +72,8 @@ export class Container {
     this.#primitive = primitive;
     this.view = bufferView;
     this.requests = attributes;
-    this.indices = new Column(json, primitive.indices, true);
-    this.attributes = attributes.map(({ name }) => new Column(json, primitive.attributes[name], false));
+    this.indices = new Column(json, primitive);
+    this.attributes = attributes.map(({ name }) => new Column(json, primitive, name));
     // Primitives with equal keys are equal.
     this.key = JSON.stringify([bufferView, this.indices.source,
       attributes.map(({ name, uniqueId }, i) => [name, uniqueId, this.attributes[i].source]).sort()]);
@@ -96,7 +97,7 @@ export class Container {
   assign(primitive) {
     this.may_choose &&= is_all_stored(primitive, this.requests);
     primitive.indices = this.indices.number;
-    for (const [i, { name }] of this.requests.entries()) primitive.attributes[name] = this.attributes[i].number;
+    for (const [i, { name }] of this.requests.entries()) set_number(primitive, name, this.attributes[i].number);
   }
 
   // Throws if a decoded mesh with these counts does not fit the accessors.

@@ -102,9 +102,10 @@ export class PsplitPlugin {
 
   // The buffers of a container's synthetic views.
   #load(container) {
-    // The loader normalizes the weights of a skin when it makes the mesh, so they must be whole by then.
-    const is_skin = container.requests.some(({ name }) => name.startsWith('WEIGHTS_'));
-    if (this.#options.patchByPatch !== true || is_skin)
+    // The loader normalizes the weights of a skin when it makes the mesh, so they must be whole by then. Morph targets must be when
+    // they are drawn first, because three makes a texture of them.
+    const is_whole = container.requests.some(({ name }) => /^(WEIGHTS_|targets\/)/.test(name));
+    if (this.#options.patchByPatch !== true || is_whole)
       return this.#decoded(container).then((arrays) => container.buffers_of(arrays));
     const attributes = new Map();  // three's, by column
     const growing = new GrowingMesh(container, (column, first, count) => {

@@ -23,7 +23,7 @@ enum class PositionBits : uint32_t { kStated, kByEdges, kByError };
 // What encode.js writes, in this order.
 struct Options {
   double patches, patch_faces, min_faces, profile;
-  double position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless;
+  double position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, morph_bits, lossless;
   double position_bits_by, max_error;
   double speed, by_bytes, keep_duplicates, keep_degenerate, keep_unused;
   double condense, boxes, order, near_x, near_y, near_z, verify;
@@ -62,6 +62,7 @@ void read_options(const Options& from, EncodeOptions& options) {
   options.texcoord_bits = static_cast<int>(from.texcoord_bits);
   options.color_bits = static_cast<int>(from.color_bits);
   options.generic_bits = static_cast<int>(from.generic_bits);
+  options.morph_bits = static_cast<int>(from.morph_bits);
   options.lossless = from.lossless != 0;
   const auto by = static_cast<PositionBits>(from.position_bits_by);
   options.position_bits_by_edges = by == PositionBits::kByEdges;
