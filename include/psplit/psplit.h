@@ -185,7 +185,7 @@ enum {
 typedef struct psplit_attribute_request {
   uint32_t struct_size;
   uint32_t unique_id;   // the extension's number for the attribute
-  const char* name;     // glTF's, such as "POSITION", in UTF-8
+  const char* name;     // glTF's, such as "POSITION", in UTF-8; of a morph target "targets/0/POSITION"
   psplit_type type;     // one of glTF's; the accessor's componentType
   uint32_t components;  // of a value, 1 to 16
   uint32_t normalized;  // 0 or 1
@@ -242,8 +242,9 @@ typedef struct psplit_attribute_info {
   uint32_t normalized;
   uint32_t value_size;   // bytes of a value, tightly packed
   uint32_t is_integers;  // 1 if they are integers by PSPLIT_INTEGERS
-  // glTF's name. Of PSPLIT_KIND_DRACO_FILE a name that glTF would allow: POSITION, NORMAL, TEXCOORD_n, COLOR_n
-  // or _GENERIC_n, or "" for all attributes if glTF cannot hold the stream.
+  // glTF's name; of the deltas of a morph target like "targets/0/POSITION". Of PSPLIT_KIND_DRACO_FILE a name
+  // that glTF would allow: POSITION, NORMAL, TEXCOORD_n, COLOR_n or _GENERIC_n, or "" for all attributes if
+  // glTF cannot hold the stream.
   const char* name;
 } psplit_attribute_info;
 PSPLIT_API psplit_code psplit_mesh_get_attribute(const psplit_mesh* mesh, uint32_t attribute,
