@@ -6,11 +6,12 @@
 //   source.bytes = ...;                         // of extensions.PSPLIT_mesh_draco_patches.bufferView
 //   source.compression = ...;                   // kDraco for KHR_draco_mesh_compression
 //   source.attributes.push_back({"POSITION", 0, ComponentType::kFloat32, 3, false});
-//   ...                                         // and by name_of_target (mesh.h) those of the extension's
-//   `targets` Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source); if (!primitive)
-//   return primitive.status();  // to_string() says what is wrong and where std::vector<uint32_t> indices(3 *
-//   primitive->face_count()); std::vector<float> positions(3 * primitive->point_count()); Status status =
-//   primitive->decode({indices, 4, {{positions}}});
+//   source.attributes.push_back({name_of_target(0, "POSITION"), 1, ComponentType::kFloat32, 3, false});
+//   Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
+//   if (!primitive) return primitive.status();  // to_string() says what is wrong and where
+//   std::vector<uint32_t> indices(3 * primitive->face_count());
+//   std::vector<float> positions(3 * primitive->point_count()), deltas(positions);
+//   Status status = primitive->decode({indices, 4, {{positions}, {deltas}}});
 //
 // A point is a glTF vertex. Any bytes may be given. Memory is taken in proportion to them:
 // CompressedPrimitive::open refuses counts that the bytes do not justify.
