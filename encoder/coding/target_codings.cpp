@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
 #include "psplit/mesh.h"
 
@@ -52,7 +51,11 @@ float shorten(double step, int bits) {
   return static_cast<float>(std::ldexp(std::floor(std::ldexp(mantissa, bits)), exponent - bits));
 }
 
-// The grid of places from `low` to `high`, which zero is one of.
+// The place of a delta on a grid that begins at 0. Equal deltas have equal places, whatever the origin of their
+// grid is.
+int64_t place_of(float delta, double step) { return static_cast<int64_t>(std::floor(delta / step + 0.5)); }
+
+// The grid of places from `low` on, which zero is one of.
 struct Places {
   std::vector<int64_t> low;
   int bits = 1;
@@ -60,26 +63,21 @@ struct Places {
   Places(const CodingBounds& bounds, double step) {
     int64_t most = 1;
     for (size_t c = 0; c < bounds.low.size(); ++c) {
-      // Floats may round a place that is nearly half way to the other side.
-      const double least = std::min(0.0, bounds.low[c] / step), largest = std::max(0.0, bounds.high[c] / step);
-      const auto doubt = [](double place) { return 0x1p-10 + std::fabs(place) * 0x1p-20; };
-      low.push_back(static_cast<int64_t>(std::floor(least + 0.5 - doubt(least))));
-      const auto high = static_cast<int64_t>(std::floor(largest + 0.5 + doubt(largest)));
-      most = std::max(most, high - low.back());
+      low.push_back(std::min(int64_t{0}, place_of(bounds.low[c], step)));
+      most = std::max(most, std::max(int64_t{0}, place_of(bounds.high[c], step)) - low.back());
     }
     bits = static_cast<int>(std::bit_width(static_cast<uint64_t>(most)));
   }
 };
 
-void round_values(MeshToEncode& mesh, size_t i) {
+void round_values(MeshToEncode& mesh, size_t i, float step) {
   Attribute& attribute = mesh.mesh.attributes[i];
   mesh.unrounded.push_back(attribute);
-  std::vector<float> value(attribute.component_count);
-  const size_t bytes = value.size() * sizeof(float);
-  for (size_t at = 0; at < attribute.values.size(); at += bytes) {
-    std::memcpy(value.data(), attribute.values.data() + at, bytes);
-    round_to_grid(value, mesh.codings[i]);
-    std::memcpy(attribute.values.data() + at, value.data(), bytes);
+  for (size_t at = 0; at < attribute.values.size(); at += sizeof(float)) {
+    float delta;
+    std::memcpy(&delta, attribute.values.data() + at, sizeof delta);
+    delta = static_cast<float>(place_of(delta, step)) * step;
+    std::memcpy(attribute.values.data() + at, &delta, sizeof delta);
   }
 }
 
@@ -102,7 +100,7 @@ void set_grids(const TargetGroup& group) {
     coding.bits = places.bits;
     coding.range = step * static_cast<float>((1u << places.bits) - 1);
     for (const int64_t low : places.low) coding.origin.push_back(static_cast<float>(low) * step);
-    round_values(*target.mesh, target.attribute);
+    round_values(*target.mesh, target.attribute, step);
   }
 }
 

@@ -3,6 +3,8 @@
 #include <iterator>
 #include <utility>
 
+#include "encoder/coding/position_bits.h"
+#include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/coarse_primitives.h"
 #include "gltf_ext/convert/compress_rest.h"
 #include "gltf_ext/convert/condense_document.h"
@@ -193,8 +195,7 @@ uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
   const PrimitiveId id = job.group.ids.front();
   const std::vector<AttributeRecords>& targets = document.records().primitive(id).targets;
   uint64_t points = 0;
-  for (const EncodedPiece& piece : job.encoded.pieces)
-    for (const StreamEntry& entry : piece.entries) points += entry.point_count - entry.reference_count;
+  for (const EncodedPiece& piece : job.encoded.pieces) points += piece.point_count;
   std::set<int64_t> counted;
   uint64_t bytes = 0;
   for (const MorphAttribute& morph : job.morphs) {
@@ -410,6 +411,60 @@ void report_spooled(const SpooledPoints& points, const EncodeJob& job, Primitive
     report.input_bytes += report.points * attribute.stride();
 }
 
+// Those of the morph targets that the job's streams will store.
+uint64_t bytes_of_targets(const Document& input, const EncodeJob& job) {
+  const PrimitiveRecord& primitive = input.records().primitive(job.group.ids.front());
+  std::set<int64_t> accessors;
+  for (const Attribute& attribute : job.source.mesh.attributes)
+    if (target_of(attribute.semantic)) accessors.insert(primitive.accessor_of(attribute.semantic));
+  uint64_t bytes = 0;
+  for (const int64_t index : accessors) bytes += input.records().file_bytes(input.records().accessor(index));
+  return bytes;
+}
+
+// Primitives that share grids are to move alike. Warns of those whose morph targets stay exact beside rounded
+// ones.
+void warn_of_exact_targets(const Document& document, std::span<const EncodeJob> jobs, const GridGroups& groups,
+                           EncodeReports& reports) {
+  struct Rounded {
+    std::set<PrimitiveId> ids;
+    double most = 0;
+  };
+  std::map<size_t, Rounded> rounded;  // by group
+  for (const EncodeJob& job : jobs)
+    for (size_t i = 0; i < job.source.codings.size(); ++i) {
+      const AttributeCoding& coding = job.source.codings[i];
+      const auto group = groups.of_mesh(job.group.ids.front().mesh);
+      if (!group || coding.bits == 0 || !target_of(job.source.mesh.attributes[i].semantic)) continue;
+      rounded[*group].ids.insert(job.group.ids.begin(), job.group.ids.end());
+      rounded[*group].most = std::max(rounded[*group].most, grid_step(coding) / 2);
+    }
+  std::map<PrimitiveId, const EncodeJob*> job_of;
+  for (const EncodeJob& job : jobs)
+    for (const PrimitiveId id : job.group.ids) job_of[id] = &job;
+  const AssetRecords& records = document.records();
+  for (const PrimitiveId id : all_primitives(document)) {
+    const auto group = groups.of_mesh(id.mesh);
+    const auto found = group ? rounded.find(*group) : rounded.end();
+    if (found == rounded.end() || found->second.ids == std::set{id}) continue;
+    const PrimitiveRecord& primitive = records.primitive(id);
+    const auto job = job_of.find(id);
+    bool are_exact = false;
+    if (job != job_of.end())
+      for (const MorphAttribute& morph : job->second->morphs)
+        are_exact |= morph.data.component_type == ComponentType::kFloat32 &&
+                     !elements_that_are_not_zero(morph.data, ZeroSign::kIgnored).empty();
+    else
+      for (const AttributeRecords& target : primitive.targets)
+        for (const AttributeRecord& deltas : target)
+          are_exact |= !records.accessor(deltas.accessor).views().empty();
+    if (!are_exact) continue;
+    reports[id].warnings.push_back(
+        "its morph targets stay exact, and those of the primitives beside it move by up to " +
+        rounded_text(found->second.most) + ": surfaces that touch may come apart when they morph");
+  }
+}
+
 // `jobs` and `large` are those in memory and in parts.
 EncodeReports reports_of_input(const Document& input, const SkippedPrimitives& skipped,
                                std::span<const EncodeJob> jobs, std::span<const EncodeJob> large) {
@@ -425,6 +480,9 @@ EncodeReports reports_of_input(const Document& input, const SkippedPrimitives& s
       for (size_t i = 0; i < job.group.ids.size(); ++i) {
         PrimitiveReport& report = reports.at(job.group.ids[i]);
         report.repeated = i > 0;
+        const uint64_t targets = bytes_of_targets(input, job);
+        report.input_bytes += targets;
+        report.bytes += targets;
         report.faces = job.face_count;
         report.points = job.point_count();
       }
@@ -520,6 +578,7 @@ Expected<std::optional<std::vector<PrimitiveReport>>> store_geometry(Document& d
       job.report(reports[id]);
       if (document.spooled) report_spooled(*document.spooled, job, reports[id]);
     }
+  warn_of_exact_targets(document, jobs, geometry.groups, reports);
   const std::vector<PrimitiveId> origins = origins_of_output(document, jobs);
   const auto grids = position_grids(jobs, geometry.groups);
   status = write_geometry(document, jobs, options, limits, pool, geometry.dropped.freed, reports);

@@ -4,6 +4,8 @@
 #include <array>
 #include <iterator>
 #include <map>
+#include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -186,8 +188,9 @@ bool is_zero(const MorphAttribute& morph) {
   return elements_that_are_not_zero(morph.data, ZeroSign::kIgnored).empty();
 }
 
-// Moves morph targets to the attributes of meshes that get containers. Of floats, plan() finds the grids.
-void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jobs,
+// Moves morph targets to the attributes of meshes that get containers, and of those that share their grids:
+// what touches moves alike. Of floats, plan() finds the grids.
+void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jobs, const GridGroups& groups,
                             const EncodeDocumentOptions& options) {
   if (options.morph_targets == MorphTargets::kKeep || options.morph_targets == MorphTargets::kSparse ||
       options.compat == Compat::kKhr || options.storage == Storage::kOneStream)
@@ -198,9 +201,16 @@ void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jo
   const std::vector<uint32_t> counts = patch_counts(faces, of_meshes.patches);
   const bool all_are_in_containers = options.morph_targets == MorphTargets::kPatches || options.condenses() ||
                                      of_meshes.storage == Storage::kContainer;
+  const auto group_of = [&](size_t k) {
+    const std::optional<size_t> group = groups.of_mesh(jobs[k].group.ids.front().mesh);
+    return std::pair(group.has_value(), group.value_or(k));
+  };
+  std::set<std::pair<bool, size_t>> in_containers;
+  for (size_t k = 0; k < jobs.size(); ++k)
+    if (all_are_in_containers || counts[k] > 1) in_containers.insert(group_of(k));
   for (size_t k = 0; k < jobs.size(); ++k) {
     EncodeJob& job = jobs[k];
-    if (!all_are_in_containers && counts[k] < 2) continue;
+    if (!in_containers.contains(group_of(k))) continue;
     Mesh& mesh = job.source.mesh;
     const AssetRecords& records = document.records();
     const PrimitiveRecord& primitive = records.primitive(job.group.ids.front());
@@ -242,6 +252,8 @@ void take_exact_targets(EncodeJob& job) {
         {target->number,
          target->semantic,
          {a.component_type, a.component_count, a.normalized, source.mesh.point_count, std::move(a.values)}});
+    // They still keep points apart.
+    source.distinct.push_back({job.morphs.back().data.values, a.stride()});
     attributes.erase(attributes.begin() + static_cast<std::ptrdiff_t>(i));
     source.codings.erase(source.codings.begin() + static_cast<std::ptrdiff_t>(i--));
   }
@@ -304,7 +316,7 @@ Expected<GridGroups> plan_jobs(const Document& document, const EncodeDocumentOpt
                                const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs,
                                const ThreadPool& pool) {
   GridGroups groups{options.volume, joined_meshes(jobs)};
-  move_targets_to_meshes(document, jobs, options);
+  move_targets_to_meshes(document, jobs, groups, options);
   note_stated_grids(document, options, jobs, pool);
   EncodeOptions of_meshes = options.of_meshes();
   of_meshes.exact.merge(metadata_attributes(document.json()));

@@ -68,12 +68,14 @@ double dot_of(std::span<const double, 4> a, std::span<const double, 4> b) {
 std::optional<FilteredRows> to_rotations(std::span<const float> values, int bits) {
   // Between keys about half a turn apart, rounding could change which way is shorter. Loaders divide by a
   // length that is not 1, or do not: so only unit quaternions mean the same to all.
-  constexpr double kLeastDot = 1.0 / 256, kMostLengthError = 1.0 / 1024;
+  constexpr double kMostLengthError = 1.0 / 1024;
   FilteredRows filtered = undone("QUATERNION", 4 * sizeof(int16_t), filter_rotations(values, bits));
   filtered.are_shorts = true;
   const std::vector<int16_t> decoded = numbers_of<int16_t>(filtered.values);
   const double half_step = 0.5 * std::sqrt(0.5) / ((1 << (bits - 1)) - 1), half_short = 0.5 / 32767;
   const double most = 3 * half_step + 4 * half_short;
+  // Each of the two keys is off by at most the length of 4 such errors, which is 2 * most.
+  const double least_dot = 2 * (2 * most);
   double before[4] = {};
   for (size_t i = 0; i + 4 <= values.size(); i += 4) {
     double rotation[4], rounded[4];
@@ -87,7 +89,7 @@ std::optional<FilteredRows> to_rotations(std::span<const float> values, int bits
     const double sign = dot_of(rotation, rounded) < 0 ? -1 : 1;
     for (size_t k = 0; k < 4; ++k)
       if (!(std::fabs(sign * rounded[k] - rotation[k]) <= most)) return std::nullopt;
-    if (i > 0 && std::fabs(dot_of(rotation, before)) < kLeastDot) return std::nullopt;
+    if (i > 0 && std::fabs(dot_of(rotation, before)) < least_dot) return std::nullopt;
     std::ranges::copy(rotation, before);
   }
   return filtered;
@@ -113,7 +115,10 @@ std::optional<FilteredRows> filter_values(std::span<const uint8_t> bytes, const 
                            distinct_elements(filtered->values, width) < distinct_elements(bytes, width);
     return is_joined ? std::nullopt : filtered;
   }
-  if (precision.kind == Kind::kBits) return to_multiples(values, exponent_for_bits(values, precision.value));
+  if (precision.kind == Kind::kBits) {
+    const std::optional<int> exponent = exponent_for_bits(values, precision.value);
+    return exponent ? to_multiples(values, *exponent) : std::nullopt;
+  }
   // Sparse values have the type of the elements.
   if (accessor.layout.component_count() != 4 || accessor.sparse) return std::nullopt;
   return to_rotations(values, precision.value);

@@ -91,9 +91,11 @@ class UseFinder {
           add(attribute.accessor,
               {RestView::kVertices,
                is_plain ? of_attribute(primitive, attribute.semantic, step) : RestPrecision(), 1});
-      for (const AttributeRecords& target : primitive.targets)
-        for (const AttributeRecord& attribute : target)
-          add(attribute.accessor, {RestView::kVertices, of_target(attribute.semantic, step), 1});
+      // What streams store may have a fallback in buffer views, which stays equal to it.
+      for (size_t t = 0; t < primitive.targets.size(); ++t)
+        for (const AttributeRecord& attribute : primitive.targets[t])
+          if (draco == nullptr || !draco->stores(name_of_target(t, attribute.semantic)))
+            add(attribute.accessor, {RestView::kVertices, of_target(attribute.semantic, step), 1});
       if (primitive.indices < 0 || draco != nullptr) continue;
       const bool is_list = primitive.mode == 4 && records_.accessor(primitive.indices).count % 3 == 0;
       add(primitive.indices, {is_list ? RestView::kTriangles : RestView::kIndices, {}, 1});

@@ -21,15 +21,15 @@ std::vector<uint8_t> filter_to_multiples(std::span<const float> values, int expo
   return bytes;
 }
 
-int exponent_for_bits(std::span<const float> values, int bits) {
-  // Far from the exponents at which the filter's products would overflow or lose bits.
+std::optional<int> exponent_for_bits(std::span<const float> values, int bits) {
   constexpr int kLeast = -100, kMost = 100;
   double largest = 0;
   for (const float value : values) largest = std::max(largest, std::fabs(double{value}));
   if (!(largest > 0) || !std::isfinite(largest)) return 0;
   int exponent = 0;
   std::frexp(largest, &exponent);
-  return std::clamp(exponent - (bits - 1), kLeast, kMost);
+  exponent -= bits - 1;
+  return exponent >= kLeast && exponent <= kMost ? std::optional(exponent) : std::nullopt;
 }
 
 std::vector<uint8_t> filter_rotations(std::span<const float> rotations, int bits) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace psplit {
 // value is not finite, or if a multiple does not fit the filter's 24 bits.
 std::vector<uint8_t> filter_to_multiples(std::span<const float> values, int exponent);
 
-// The exponent whose multiples have that many bits, with their sign, for the largest of the values.
-int exponent_for_bits(std::span<const float> values, int bits);
+// The exponent whose multiples have that many bits, with their sign, for the largest of the values. Nothing if
+// it is near to the ends of floats, where products would overflow or lose bits.
+std::optional<int> exponent_for_bits(std::span<const float> values, int bits);
 
 // QUATERNION: unit quaternions of four floats, to numbers of 4 to 16 bits. Each becomes itself or its opposite,
 // which is the same rotation.

@@ -19,6 +19,8 @@ Status read_plain_attributes(const Document& document, const PrimitiveRecord& pr
   bool first = mesh.attributes.empty();
   for (const AttributeRecord& attribute : primitive.attributes) {
     if (mesh.find(attribute.semantic) != nullptr) continue;
+    if (target_of(attribute.semantic))
+      return unsupported("attribute " + attribute.semantic + " has a name that glTF does not allow");
     const uint32_t count = document.records().accessor(attribute.accessor).count;
     if (!first && count != mesh.point_count)  // before memory is allocated for it
       return invalid_input("attribute " + attribute.semantic + " has " + std::to_string(count) +

@@ -128,7 +128,8 @@ struct PrimitiveReport {
   // The streams are those of the input, condensed without loss.
   bool keeps_streams = false;
   uint64_t faces = 0, points = 0;  // of the input; 0 if it was not read
-  uint64_t input_bytes = 0;  // of its attributes and indices as the input stores them, without morph targets
+  // Of its attributes, its indices and the morph targets that its streams store, as the input stores them.
+  uint64_t input_bytes = 0;
   // Those of the output's container or streams, without a fallback; input_bytes for kAsItWas.
   uint64_t bytes = 0;
   std::vector<StreamEntry> streams;  // the container's directory

@@ -57,10 +57,14 @@ ColumnLimits ColumnLimiter::limits_of(const std::string& attribute) {
   }
   for (const size_t side : {0u, 1u})
     for (size_t i = 0; i < sides_[side].size(); ++i) {
-      const auto grid = sides_[side][i]->grids.find(attribute);
-      if (grid == sides_[side][i]->grids.end())
-        limits.limits[side][i] = limit_of_type(*sides_[side][i]->view.find(attribute), kind);
-      else
+      const auto grid = sides_[side][i]->grids.find(attribute), base = sides_[side][i]->grids.find(kind);
+      const ValuesView& values = *sides_[side][i]->view.find(attribute);
+      if (grid == sides_[side][i]->grids.end()) {
+        limits.limits[side][i] = limit_of_type(values, kind);
+        // Deltas outside streams may be as exact as what they change.
+        if (base != sides_[side][i]->grids.end() && values.component_type == ComponentType::kFloat32)
+          limits.limits[side][i].within = base->second.within;
+      } else
         limits.limits[side][i] = limit_of_grid(grid->second, kind);
       limits.direction |= grid != sides_[side][i]->grids.end() && grid->second.coding.octahedral;
     }

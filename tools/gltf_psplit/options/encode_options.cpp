@@ -193,7 +193,7 @@ std::string options_of_patches(const CLI::App& command, const EncodeDocumentOpti
   std::string given;
   for (const char* name : {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance",
                            "--no-refine", "--quantize-position", "--quantize-normal", "--quantize-texcoord",
-                           "--quantize-color", "--quantize-generic", "--quantize-morph",
+                           "--quantize-color", "--quantize-generic", "--quantize-morph", "--morph-targets",
                            "--quantization-volume", "--encode-speed", "--fallback", "--order", "--boxes"}) {
     const bool is_followed =
         name == std::string_view("--fallback") && options.fallback != Fallback::kUncompressed;
@@ -449,6 +449,8 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                              : arguments.morph_targets == "sparse"  ? MorphTargets::kSparse
                              : arguments.morph_targets == "patches" ? MorphTargets::kPatches
                                                                     : MorphTargets::kAsFits;
+    if (resolved.compat == Compat::kKhr && resolved.morph_targets == MorphTargets::kPatches)
+      throw CLI::ValidationError("--morph-targets", "patches are what --compat khr does not write");
     if (resolved.compat == Compat::kKhr && resolved.fallback == Fallback::kCoarse)
       throw CLI::ValidationError("--fallback", "coarse is for patches, and --compat khr writes none");
     resolved.options_of_patches = options_of_patches(command, resolved);
