@@ -364,5 +364,22 @@ TEST(CompressRest, OptionsAreChecked) {
   EXPECT_EQ(code_of({.animation_bits = {.rotation = 3}}, 0), StatusCode::kUsage);
 }
 
+// A fallback is equal to what the patches decode to.
+TEST(CompressRest, LeavesFallbacksOfTargets) {
+  const Mesh mesh = make_grid(12, 12);
+  Document document = document_from_mesh(mesh);
+  std::vector<float> deltas(3 * mesh.point_count);
+  for (size_t i = 0; i < deltas.size(); ++i) deltas[i] = std::sin(0.3f * static_cast<float>(i));
+  primitive_of(document)["targets"] = Json::array(
+      {{{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas), 34962, true)}}});
+  EncodeDocumentOptions options;
+  options.morph_targets = MorphTargets::kPatches;
+  options.fallback = Fallback::kUncompressed;
+  options.meshopt = MeshoptRest::kExt;
+  must(encode(document, options));
+  EXPECT_EQ(count_in(document, "\"targets\":{"), 1u);
+  EXPECT_EQ(findings_of(document, reference_backend()), "");
+}
+
 }  // namespace
 }  // namespace psplit

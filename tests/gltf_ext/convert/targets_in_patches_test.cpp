@@ -235,6 +235,80 @@ TEST(TargetsInPatches, ExactFloatsStayInAccessors) {
   EXPECT_NE(extension_of(document)["targets"]["POSITION"][0], -1);
 }
 
+// Points that are equal but for deltas that no grid holds.
+TEST(TargetsInPatches, ExactDeltasKeepPointsApart) {
+  const Mesh grid = make_grid(9, 9);
+  std::vector<float> corners_of_faces;
+  Faces own_corners;
+  for (const auto& face : grid.faces) {
+    const auto first = static_cast<uint32_t>(corners_of_faces.size() / 3);
+    own_corners.push_back({first, first + 1, first + 2});
+    for (const uint32_t point : face)
+      for (size_t c = 0; c < 3; ++c)
+        corners_of_faces.push_back(values_of<float>(grid.attributes[0])[3 * size_t{point} + c]);
+  }
+  const Mesh mesh = make_mesh(corners_of_faces, own_corners);
+  std::vector<float> deltas(3 * mesh.point_count);
+  for (uint32_t i = 0; i < mesh.point_count; ++i)
+    deltas[3 * i] = i % 3 == 0 ? 1e30f : static_cast<float>(i % 7);
+  Document document = document_from_mesh(mesh);
+  primitive_of(document)["targets"] = Json::array(
+      {{{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas), 34962, true)}}});
+  const auto faces_of = [](const Document& of) {
+    const Mesh decoded = must(read(of));
+    const AccessorData moved = std::move(read_all_targets(of).at(0).data);
+    const std::vector<float> positions = values_of<float>(*decoded.find("POSITION"));
+    std::multiset<std::vector<float>> faces;
+    for (const auto& face : decoded.faces) {
+      std::multiset<std::pair<float, float>> corners;
+      for (const uint32_t point : face) {
+        float delta = 0;
+        std::memcpy(&delta, moved.values.data() + 12 * point, sizeof delta);
+        corners.emplace(std::round(positions[3 * point] + 100 * positions[3 * point + 1]), delta);
+      }
+      std::vector<float> all;
+      for (const auto& [place, delta] : corners) all.insert(all.end(), {place, delta});
+      faces.insert(all);
+    }
+    return faces;
+  };
+  const auto before = faces_of(document);
+  must(encode_document(document, options_with(2), reference_backend(), test_pool()));
+  EXPECT_EQ(count_in(document, "\"targets\":{"), 0u);
+  EXPECT_EQ(faces_of(document), before);
+}
+
+// If one primitive of a mesh is split, the targets of all of them are rounded.
+TEST(TargetsInPatches, OfPrimitivesThatShareAGridAreStoredAlike) {
+  Document document = morphing_sheet();
+  const Mesh large = make_grid(120, 120);
+  std::vector<float> deltas(3 * large.point_count, 0.25f);
+  const int64_t positions = append_accessor(
+      document, make_data(ComponentType::kFloat32, 3, values_of<float>(large.attributes[0])), 34962, true);
+  std::vector<uint32_t> indices;
+  for (const auto& face : large.faces) indices.insert(indices.end(), face.begin(), face.end());
+  const int64_t faces = append_accessor(document, make_data(ComponentType::kUint32, 1, indices), 34963, false);
+  const int64_t moved = append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas), 34962, true);
+  document.json()["meshes"][0]["primitives"].push_back(
+      {{"attributes", {{"POSITION", positions}}},
+       {"indices", faces},
+       {"targets", Json::array({{{"POSITION", moved}}, {{"POSITION", moved}}, {{"POSITION", moved}}})}});
+  const auto reports = must(encode_document(document, {}, reference_backend(), test_pool()));
+  EXPECT_EQ(count_in(document, "\"targets\":{"), 2u);
+  for (const PrimitiveReport& report : reports) EXPECT_TRUE(report.warnings.empty());
+}
+
+TEST(TargetsInPatches, AttributesWithTheirNamesAreLeft) {
+  for (const char* name : {"targets/0/POSITION", "targets/7/NORMAL"}) {
+    Document document = morphing_sheet();
+    Json& attributes = primitive_of(document)["attributes"];
+    attributes[name] = attributes["NORMAL"];
+    const auto reports = must(encode_document(document, options_with(2), reference_backend(), test_pool()));
+    EXPECT_TRUE(contains(reports[0].skipped, "a name that glTF does not allow")) << reports[0].skipped;
+    EXPECT_EQ(read(document).status().code(), StatusCode::kUnsupported);
+  }
+}
+
 TEST(TargetsInPatches, GivenBitsMakeTheirStep) {
   const auto bytes_with = [](int bits) {
     Document document = morphing_sheet();
