@@ -1,4 +1,7 @@
 // gltf-psplit inspect: its JSON, its table, and the preview.
+#include <fstream>
+#include <regex>
+
 #include "psplit/encode.h"
 #include "tests/support/stock_stream.h"
 #include "tests/tools/commands/sample_assets.h"
@@ -33,6 +36,26 @@ TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
 
   must_run({"inspect", input});
   EXPECT_TRUE(contains(out_, "POSITION 14 bits"));
+}
+
+TEST_F(InspectCommand, SumsUpMorphTargets) {
+  must_run({"decode", split_sample(), path("plain.gltf"), "-q"});
+  auto asset = read_json("plain.gltf");
+  auto& primitive = asset["meshes"][0]["primitives"][0];
+  for (int i = 0; i < 2; ++i)
+    primitive["targets"].push_back({{"POSITION", primitive["attributes"]["POSITION"]}});
+  std::ofstream(path("plain.gltf")) << asset;
+  must_run({"encode", path("plain.gltf"), path("morphing.glb"), "--morph-targets", "patches", "-q"});
+  must_run({"inspect", path("morphing.glb")});
+  EXPECT_TRUE(
+      contains(std::regex_replace(out_, std::regex("\\s+"), " "), "2 morph targets of POSITION 15 bits"))
+      << out_;
+  EXPECT_EQ(json_of({"inspect", path("morphing.glb"), "--format", "json"})
+                .at("primitives")
+                .at(0)
+                .at("attributes")
+                .size(),
+            3u);
 }
 
 TEST_F(InspectCommand, ShowsTheBoxesOfPatches) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_boxes.h"
@@ -173,11 +174,25 @@ std::string storage_text(const InspectedPrimitive& primitive) {
          (primitive.summary.condensed_patches > 0 ? " (condensed)" : "");
 }
 
+// "POSITION 14 bits, JOINTS_0 exact, 69 morph targets of POSITION 8 to 11 bits"
 std::string attributes_text(const InspectedPrimitive& primitive) {
+  const auto bits_text = [](int bits) {
+    return bits == 0 ? "exact" : counted(static_cast<uint64_t>(bits), "bit");
+  };
   std::string text;
-  for (size_t i = 0; i < primitive.attributes.size(); ++i) {
-    text += (i == 0 ? "" : ", ") + primitive.attributes[i].semantic + " ";
-    text += primitive.bits[i] == 0 ? "exact" : counted(static_cast<uint64_t>(primitive.bits[i]), "bit");
+  const auto add = [&](const std::string& what, const std::string& bits) {
+    text += (text.empty() ? "" : ", ") + what + " " + bits;
+  };
+  std::map<std::string, std::vector<int>> targets;  // the bits of each, by semantic
+  for (size_t i = 0; i < primitive.attributes.size(); ++i)
+    if (const auto target = target_of(primitive.attributes[i].semantic))
+      targets[target->semantic].push_back(primitive.bits[i]);
+    else
+      add(primitive.attributes[i].semantic, bits_text(primitive.bits[i]));
+  for (const auto& [semantic, bits] : targets) {
+    const auto [least, most] = std::ranges::minmax(bits);
+    add(counted(bits.size(), "morph target") + " of " + semantic,
+        least == most ? bits_text(most) : bits_text(least) + " to " + bits_text(most));
   }
   return text;
 }
