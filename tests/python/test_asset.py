@@ -46,6 +46,9 @@ def test_samples_of_the_extension(name):
     assert len(primitives) == len(EXPECTED[name]["primitives"])
     for primitive, expected in zip(primitives, EXPECTED[name]["primitives"]):
         expect_sample(primitive, expected)
+        for target, digest in expected.get("targets_sha256", {}).items():
+            _, number, semantic = target.split("/")
+            assert hashlib.sha256(primitive.targets[int(number)][semantic].tobytes()).hexdigest() == digest
         assert primitive.coding == "patches" and primitive.mode == 4 and primitive.elements is primitive.faces
 
 
@@ -58,7 +61,10 @@ def test_samples_without_load(name):
     assert len(primitives) == len(EXPECTED[name]["primitives"])
     for primitive, expected in zip(primitives, EXPECTED[name]["primitives"]):
         stored = primitive["extensions"]["PSPLIT_mesh_draco_patches"]["attributes"]
-        expect_sample(psplit.decode_primitive(document, primitive, buffer_view), expected, stored)
+        mesh = psplit.decode_primitive(document, primitive, buffer_view)
+        expect_sample(mesh, expected, stored)
+        for target, digest in expected.get("targets_sha256", {}).items():
+            assert hashlib.sha256(mesh[target].tobytes()).hexdigest() == digest
 
 
 def test_an_asset_with_one_primitive_is_a_mesh():

@@ -163,7 +163,8 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
         threads: at most so many threads; 0: all of the machine.
 
     Returns:
-        A `Mesh` with the attributes that the extension stores, or None if the primitive is not compressed.
+        A `Mesh` with the attributes that the extension stores, and morph targets by names like "targets/0/POSITION", or None
+        if the primitive is not compressed.
 
     Raises:
         What `decode_container` raises; InvalidInputError if the JSON lacks something.
@@ -174,11 +175,19 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
         if extension is None:
             return None
         stored = extensions[extension]
-        indices = {name: primitive["attributes"][name] for name in stored["attributes"]}
+        attributes, view = dict(stored["attributes"]), stored["bufferView"]
+        indices = {name: primitive["attributes"][name] for name in attributes}
+        for semantic, ids in stored.get("targets", {}).items() if extension == PATCHES else ():
+            targets = primitive.get("targets", [])
+            if len(ids) != len(targets):
+                raise InvalidInputError(f"the extension has {len(ids)} ids of {semantic} for {len(targets)} morph targets")
+            for number, unique_id in enumerate(ids):
+                if unique_id != -1:
+                    attributes[f"targets/{number}/{semantic}"] = unique_id
+                    indices[f"targets/{number}/{semantic}"] = targets[number][semantic]
         if "indices" in primitive:
             indices["indices"] = primitive["indices"]
         accessors = {name: gltf["accessors"][index] for name, index in indices.items()}
-        attributes, view = stored["attributes"], stored["bufferView"]
     except (KeyError, IndexError, TypeError, AttributeError) as error:
         raise InvalidInputError(f"the JSON of the primitive is not as glTF has it: {error!r}") from error
     return decode_container(buffer_view(view), attributes, accessors, extension=extension, threads=threads)
