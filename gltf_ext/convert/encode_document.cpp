@@ -49,9 +49,10 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const EncodeOptions& options, boo
       };
     Expected<EncodedMesh> encoded = keeps_meshes ? encode(job.source, options, pool, watch)
                                                  : encode(std::move(job.source), options, pool, watch);
-    if (encoded.ok())
+    if (encoded.ok()) {
       job.encoded = std::move(*encoded);
-    else
+      job.add_equal_targets();
+    } else
       job.status = encoded.status();
     if (progress && done_of_job < job.face_count) progress(done += job.face_count - done_of_job, faces);
   });

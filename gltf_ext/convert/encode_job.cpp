@@ -15,6 +15,21 @@ EncodeOptions EncodeDocumentOptions::of_meshes() const {
   return options;
 }
 
+void EncodeJob::add_equal_targets() {
+  for (const auto& [name, stored] : equal_targets) {
+    const auto request = std::ranges::find(encoded.requests, stored, &AttributeRequest::semantic);
+    AttributeRequest same = *request;
+    same.semantic = name;
+    encoded.codings.push_back(encoded.codings[static_cast<size_t>(request - encoded.requests.begin())]);
+    encoded.requests.push_back(std::move(same));
+    for (EncodedPiece& piece : encoded.pieces) {
+      Attribute copy = *piece.decoded.find(stored);
+      copy.semantic = name;
+      piece.decoded.attributes.push_back(std::move(copy));
+    }
+  }
+}
+
 void EncodeJob::note_storage() {
   stored_as = encoded.is_in_container() ? StoredAs::kPatches
               : piece_count() == 1      ? StoredAs::kDraco

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gltf_ext/primitive/primitive_edit.h"
@@ -32,6 +33,8 @@ struct EncodeJob {
   PrimitiveGroup group;  // the primitives that have this geometry
   MeshToEncode source;   // without arrays once it is encoded; in parts it never has any
   std::vector<MorphAttribute> morphs;
+  // Morph targets that are equal to an attribute of `source`, which is stored for both: their names, and its.
+  std::vector<std::pair<std::string, std::string>> equal_targets{};
   Array<std::byte> numbers;      // of points in the file that they come from, if these keep points apart
   uint64_t face_count = 0;       // of the input
   uint64_t points_in_parts = 0;  // of the input; in memory, `source` has their number
@@ -55,6 +58,8 @@ struct EncodeJob {
     return nullptr;
   }
 
+  // Gives what was encoded the targets that are equal to others.
+  void add_equal_targets();
   // Fills in stored_as and stored_bytes.
   void note_storage();
   // Fills in what the report says about the output.

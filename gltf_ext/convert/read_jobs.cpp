@@ -7,6 +7,8 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "encoder/coding/position_bits.h"
@@ -219,6 +221,7 @@ void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jo
       return options.morph_targets == MorphTargets::kAsFits && records.is_meshopt(records.accessor(accessor));
     };
     std::vector<MorphAttribute> others;
+    std::map<std::tuple<std::string, ComponentType, size_t, std::string_view>, std::string> names;  // by values
     for (MorphAttribute& morph : job.morphs) {
       const ComponentType type = morph.data.component_type;
       const bool fits = type == ComponentType::kFloat32
@@ -226,7 +229,16 @@ void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jo
                             : type != ComponentType::kUint32;
       if (fits && mesh.attributes.size() < core::kMaxAttributes && !is_zero(morph) &&
           !stays_compressed(morph)) {
-        mesh.attributes.push_back(attribute_of(std::move(morph)));
+        const std::string semantic = morph.semantic;
+        Attribute attribute = attribute_of(std::move(morph));
+        const std::string_view bytes(reinterpret_cast<const char*>(attribute.values.data()), attribute.values.size());
+        const auto [found, is_new] =
+            names.try_emplace({semantic, type, attribute.component_count, bytes}, attribute.semantic);
+        if (!is_new) {
+          job.equal_targets.emplace_back(attribute.semantic, found->second);
+          continue;
+        }
+        mesh.attributes.push_back(std::move(attribute));
         job.source.needs_container = true;
       } else {
         others.push_back(std::move(morph));
@@ -241,6 +253,7 @@ void take_exact_targets(EncodeJob& job) {
   MeshToEncode& source = job.source;
   std::vector<Attribute>& attributes = source.mesh.attributes;
   bool has_targets = false;
+  std::vector<MorphAttribute> equals;
   for (size_t i = 0; i < attributes.size(); ++i) {
     const auto target = target_of(attributes[i].semantic);
     const bool is_exact =
@@ -252,11 +265,19 @@ void take_exact_targets(EncodeJob& job) {
         {target->number,
          target->semantic,
          {a.component_type, a.component_count, a.normalized, source.mesh.point_count, std::move(a.values)}});
+    for (const auto& [name, stored] : job.equal_targets)
+      if (stored == a.semantic) {
+        MorphAttribute equal = job.morphs.back();
+        equal.target = target_of(name)->number;
+        equals.push_back(std::move(equal));
+      }
+    std::erase_if(job.equal_targets, [&](const auto& names) { return names.second == a.semantic; });
     // They still keep points apart.
     source.distinct.push_back({job.morphs.back().data.values, a.stride()});
     attributes.erase(attributes.begin() + static_cast<std::ptrdiff_t>(i));
     source.codings.erase(source.codings.begin() + static_cast<std::ptrdiff_t>(i--));
   }
+  std::ranges::move(equals, std::back_inserter(job.morphs));
   source.needs_container &= has_targets;
 }
 

@@ -45,13 +45,14 @@ struct TargetData {
 TargetData find_targets(const Document& document) {
   const Json& json = document.json();
   const AssetRecords& records = document.records();
-  const DataUsers users(json);
   std::map<int64_t, size_t> uses;
   for_each_target(json, [&](const Json& index) { ++uses[integer_value(index).value_or(-1)]; });
   for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
     for (const PrimitiveRecord& primitive : mesh)
       for (size_t r = 0; primitive.patches && r < primitive.patches->requests.size(); ++r)
         uses.erase(primitive.accessor_of(primitive.patches->requests[r].semantic));  // its data are in patches
+  if (uses.empty()) return {};
+  const DataUsers users(json);
   const auto has_unknown_members = [&](int64_t index) {
     const Json& accessor = json["accessors"][static_cast<size_t>(index)];
     const Json* const sparse = object_field(accessor, "sparse");

@@ -89,7 +89,8 @@ Json draco_extension(int64_t buffer_view, std::span<const AttributeRequest> requ
 
 void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
                          std::span<const AttributeRequest> requests) {
-  const size_t targets = document.records().primitive(group.ids.front()).targets.size();
+  // Not from the records, which are read again after each edit.
+  const size_t targets = array_size(primitive_json(std::as_const(document), group.ids.front()), "targets");
   const Json extension = draco_extension(buffer_view, requests, targets);
   for (const PrimitiveId id : group.ids) {
     Json& primitive = primitive_json(document, id);

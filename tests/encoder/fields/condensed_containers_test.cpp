@@ -80,7 +80,12 @@ void expect_one_verdict(const Bytes& bytes, std::span<const AttributeRequest> re
   if (!decoded) return;
   ASSERT_TRUE(same_bits(*decoded, *expanded)) << name;
   ASSERT_TRUE(same_bits(*decoded, checked->mesh)) << name;
-  ASSERT_TRUE(same_bits(*decoded, *by_draco)) << name;
+  // Where copies of a point differ, which no encoder writes, libdraco's backend may keep another one.
+  const bool has_one_mesh = std::ranges::all_of(
+      checked->streams, [](const StreamFindings& findings) { return findings.copies.ok(); });
+  if (has_one_mesh) {
+    ASSERT_TRUE(same_bits(*decoded, *by_draco)) << name;
+  }
 }
 
 TEST(CondensedContainers, MutantsAreRefusedOrDecodeAsExpanded) {
