@@ -231,7 +231,8 @@ void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jo
           !stays_compressed(morph)) {
         const std::string semantic = morph.semantic;
         Attribute attribute = attribute_of(std::move(morph));
-        const std::string_view bytes(reinterpret_cast<const char*>(attribute.values.data()), attribute.values.size());
+        const std::string_view bytes(reinterpret_cast<const char*>(attribute.values.data()),
+                                     attribute.values.size());
         const auto [found, is_new] =
             names.try_emplace({semantic, type, attribute.component_count, bytes}, attribute.semantic);
         if (!is_new) {
