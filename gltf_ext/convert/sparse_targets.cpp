@@ -59,30 +59,27 @@ TargetData find_targets(const Document& document) {
     return field(accessor, "extensions") != nullptr ||
            (sparse != nullptr && (sparse->contains("extras") || sparse->contains("extensions")));
   };
+  std::erase_if(uses, [&](const auto& use) {
+    const auto& [index, count] = use;
+    return index < 0 || !DataUsers::has(users.accessors, index, count) || has_unknown_members(index);
+  });
   std::map<int64_t, size_t> uses_of_view;
   for (const auto& [index, count] : uses)
-    if (index >= 0 && DataUsers::has(users.accessors, index, count) && !has_unknown_members(index))
-      for (const int64_t view : records.accessor(index).views()) ++uses_of_view[view];
+    for (const int64_t view : records.accessor(index).views()) ++uses_of_view[view];
   // An accessor stays if one of its views does, and that view stays for the others that use it.
-  TargetData found;
-  for (bool is_settled = false; !is_settled;) {
-    is_settled = true;
-    found.accessors.clear();
-    for (auto& [index, count] : uses) {
-      if (index < 0 || !DataUsers::has(users.accessors, index, count) || has_unknown_members(index)) continue;
-      const std::vector<int64_t> views = records.accessor(index).views();
-      const bool is_own = std::ranges::all_of(views, [&](int64_t view) {
-        return !records.view(view).meshopt && DataUsers::has(users.views, view, uses_of_view[view]);
-      });
-      if (is_own)
-        found.accessors.push_back(index);
-      else if (!views.empty()) {
-        for (const int64_t view : views) --uses_of_view[view];
-        count = 0;
-        is_settled = false;
-      }
-    }
+  const auto stays = [&](const auto& use) {
+    const std::vector<int64_t> views = records.accessor(use.first).views();
+    const bool is_own = std::ranges::all_of(views, [&](int64_t view) {
+      return !records.view(view).meshopt && DataUsers::has(users.views, view, uses_of_view[view]);
+    });
+    if (!is_own)
+      for (const int64_t view : views) --uses_of_view[view];
+    return !is_own;
+  };
+  while (std::erase_if(uses, stays) > 0) {
   }
+  TargetData found;
+  for (const auto& [index, count] : uses) found.accessors.push_back(index);
   for (const auto& [view, count] : uses_of_view)
     if (count > 0 && DataUsers::has(users.views, view, count)) found.views.push_back(view);
   return found;

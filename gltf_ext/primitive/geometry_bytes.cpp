@@ -46,15 +46,6 @@ void for_each_accessor(const PrimitiveRecord& primitive, Visit&& visit) {
     for (const AttributeRecord& attribute : target) visit(attribute.accessor);
 }
 
-// Calls visit(view) for every buffer view that has data of an accessor.
-template <typename Visit>
-void for_each_view(const AccessorRecord& accessor, Visit&& visit) {
-  if (accessor.has_view()) visit(accessor.elements.view);
-  if (!accessor.sparse) return;
-  visit(accessor.sparse->indices.view);
-  visit(accessor.sparse->values.view);
-}
-
 }  // namespace
 
 std::map<PrimitiveId, uint64_t> geometry_bytes(const Document& document) {
@@ -87,7 +78,8 @@ std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& grou
     };
     const PrimitiveRecord& primitive = records.primitive(groups[i]->ids.front());
     for_each_stream(primitive, join);
-    for_each_accessor(primitive, [&](int64_t index) { for_each_view(records.accessor(index), join); });
+    for_each_accessor(primitive,
+                      [&](int64_t index) { std::ranges::for_each(records.accessor(index).views(), join); });
   }
   std::map<size_t, std::vector<size_t>> sets;
   for (size_t i = 0; i < groups.size(); ++i) sets[root(i)].push_back(i);
@@ -111,14 +103,13 @@ GeometryOwners::Freed GeometryOwners::freed_by(const Groups& groups) const {
     if (!DataUsers::has(users_.accessors, index, uses)) continue;
     accessors.push_back(&records.accessor(index));
     freed.accessors.insert(index);
-    for_each_view(*accessors.back(), [&](int64_t view) { ++view_uses[view]; });
+    for (const int64_t view : accessors.back()->views()) ++view_uses[view];
   }
   for (const auto& [view, uses] : view_uses)
     if (DataUsers::has(users_.views, view, uses)) freed.views.insert(view);
   for (const AccessorRecord* accessor : accessors) {
-    bool goes = true;
-    for_each_view(*accessor, [&](int64_t view) { goes = goes && freed.views.contains(view); });
-    if (goes) freed.bytes += records.file_bytes(*accessor);
+    if (std::ranges::all_of(accessor->views(), [&](int64_t view) { return freed.views.contains(view); }))
+      freed.bytes += records.file_bytes(*accessor);
   }
   for (const auto& [view, uses] : streams)
     if (freed.views.contains(view)) freed.bytes += records.view(view).file_bytes();

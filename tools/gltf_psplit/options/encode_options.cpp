@@ -134,13 +134,11 @@ void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
       "them. At most 8 patches of a primitive by default, because each is a draw call");
   add_choice_option(
       command, "--morph-targets", arguments.morph_targets, {"fit", "keep", "sparse", "patches"},
-      "sparse: sparse accessors where these take fewer bytes, and none for targets that are zero everywhere; "
-      "all "
-      "deltas stay as they are, and every viewer reads them. patches: attributes of the patches, which take "
-      "the "
-      "fewest bytes; each primitive with targets gets PSPLIT_mesh_draco_patches. fit, the default: patches for "
-      "primitives that are in patches anyway, because they are large, condensed, or --always-patches is given; "
-      "sparse for all others. keep: as the input has them");
+      "sparse: sparse accessors where these take fewer bytes, and none for targets that are zero "
+      "everywhere; all deltas stay as they are, and every viewer reads them. patches: attributes of the "
+      "patches, which take the fewest bytes; each primitive with targets gets PSPLIT_mesh_draco_patches. "
+      "fit, the default: patches for primitives that are in patches anyway, because they are large, "
+      "condensed, or --always-patches is given; sparse for all others. keep: as the input has them");
 }
 
 void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
@@ -161,11 +159,9 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* meshopt = command.add_flag(
       "--meshopt", arguments.meshopt,
       "meshoptimizer compresses what stays in buffer views: animations, morph targets, points, lines, and "
-      "meshes "
-      "that stay plain. ext, the default, writes EXT_meshopt_compression, which more loaders know; khr writes "
-      "KHR_meshopt_compression. Times of keys, splines and all else without a precision are exact. decode "
-      "makes "
-      "the views plain. Not with --memory");
+      "meshes that stay plain. ext, the default, writes EXT_meshopt_compression, which more loaders know; "
+      "khr writes KHR_meshopt_compression. Times of keys, splines and all else without a precision are "
+      "exact. decode makes the views plain. Not with --memory");
   meshopt->type_name("[=ext|khr]")->check([](const std::string& word) {
     return word == "true" || word == "ext" || word == "khr" ? std::string() : word + " is neither ext nor khr";
   });
