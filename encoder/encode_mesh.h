@@ -34,7 +34,8 @@ struct StreamOptions {
   int encode_speed = 5;
   bool by_libdraco = false;
   bool choose_by_bytes = false;
-  // With choose_by_bytes: POSITION has a prediction that condensed streams code in order of creation.
+  // With choose_by_bytes: POSITION and morph targets have predictions that condensed streams code in order of
+  // creation.
   // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
   // both ways with condense_smallest.
   bool in_creation_order = false;

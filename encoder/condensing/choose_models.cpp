@@ -1,6 +1,7 @@
 #include "encoder/condensing/choose_models.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace psplit {
 namespace {
@@ -52,6 +53,7 @@ void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribu
   const uint32_t components = source.attribute(attribute).value_components();
   for (const bool backward : {false, true})
     for (const bool two : {false, true}) {
+      if (!to.is_counted(backward, two)) continue;
       CreationCounts& counts = to.by_creation[backward][two];
       const CreationSymbols values(source, attribute, backward, two, known);
       for (uint32_t i = 0; i < values.count(); ++i) {
@@ -104,6 +106,7 @@ void CodingCounts::Attribute::add(const Attribute& other) {
   in_draco_order += other.in_draco_order;
   for (size_t backward = 0; backward < 2; ++backward)
     for (size_t two = 0; two < 2; ++two) {
+      if (!is_counted(backward != 0, two != 0)) continue;
       CreationCounts& sums = by_creation[backward][two];
       const CreationCounts& counts = other.by_creation[backward][two];
       for (size_t mean = 0; mean < 2; ++mean) sums.none[mean] += counts.none[mean];
@@ -124,11 +127,12 @@ CodingCounts& CodingCounts::operator+=(const CodingCounts& other) {
 }
 
 core::ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale, bool smallest,
-                                              double& bits) {
+                                              bool in_creation_order, double& bits) {
   const auto bits_of = [&](const TokenCounts& counts) { return all_bits(counts, scale); };
   core::ValueCoding chosen;
   bits = bits_of(attribute.in_draco_order.tokens[0]) + bits_of(attribute.in_draco_order.tokens[1]);
   if (!attribute.may_be_by_creation) return chosen;
+  if (in_creation_order) bits = std::numeric_limits<double>::infinity();
   const auto cost = [&](const core::ValueCoding& coding, double takes) {
     return smallest || is_fast(coding) ? takes : takes / (1 - kWorthSlowValues);
   };
@@ -139,6 +143,7 @@ core::ValueCoding CodingCounts::choose_values(const Attribute& attribute, double
   };
   for (const bool backward : {false, true})
     for (const bool two : {false, true}) {
+      if (!attribute.is_counted(backward, two)) continue;
       const CreationCounts& counts = attribute.by_creation[backward][two];
       const double none[2] = {bits_of(counts.none[0]), bits_of(counts.none[1])};
       for (uint8_t reach = 0; reach < kReaches; ++reach) {
@@ -164,20 +169,21 @@ uint32_t CodingCounts::choose_symbols(double scale, bool smallest, double bits_o
   return took < best - worth ? kValenceContexts : chosen;
 }
 
-Codings CodingCounts::choose(double scale, bool smallest, bool with_borders) const {
+Codings CodingCounts::choose(double scale, bool smallest, bool with_borders, bool with_deltas) const {
   Codings codings;
   double bits_of_values = 0;
   for (uint32_t i = 0; i < attributes_.size(); ++i) {
     double bits = 0;
-    core::ValueCoding coding = choose_values(attributes_[i], scale, smallest, bits);
+    core::ValueCoding coding = choose_values(attributes_[i], scale, smallest, with_deltas && i == 0, bits);
     if (i == 0 && with_borders && inner_.may_be_by_creation) {
       double inner_bits = 0;
-      const core::ValueCoding inner = choose_values(inner_, scale, smallest, inner_bits);
+      const core::ValueCoding inner = choose_values(inner_, scale, smallest, with_deltas, inner_bits);
       inner_bits += all_bits(border_[0], scale) + all_bits(border_[1], scale);
       codings.has_borders = inner.by_creation && inner_bits < bits * (smallest ? 1 : 1 - kWorthBorders);
       if (codings.has_borders) coding = inner, bits = inner_bits;
     }
     codings.values.push_back(coding);
+    codings.bits.push_back(bits);
     bits_of_values += bits;
   }
   codings.symbol_contexts = choose_symbols(scale, smallest, bits_of_values);

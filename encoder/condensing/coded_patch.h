@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "encoder/condensing/border_symbols.h"
 #include "encoder/condensing/source_stream.h"
@@ -56,13 +57,29 @@ class CreationSymbols {
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, core::ValueCoding coding,
                              std::span<const uint32_t> known);
 
+// The symbols of all attributes of deltas (src/core/condensed/deltas.h).
+struct CodedDeltas {
+  // A flag that is a bit is 0 or 1. A run of sure flags is kRun more than its length.
+  static constexpr uint32_t kRun = 2;
+  struct Correction {
+    uint32_t symbol;
+    uint8_t level;
+  };
+  std::vector<uint8_t> is_row;  // by attribute of deltas: whether it is not 0 everywhere
+  std::vector<uint32_t> flags;
+  std::array<std::vector<Correction>, core::kDeltaComponents> corrections;
+
+  bool has_rows() const { return !flags.empty(); }
+};
+
 // A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols
 // and raw bytes.
 struct CodedPatch {
   DracoFields fields;
   uint32_t point_count = 0;
   std::vector<uint16_t> contexts;       // of all symbols except the first
-  std::vector<CodedValues> attributes;  // in the order of the stream
+  std::vector<CodedValues> attributes;  // in the order of the stream; those of deltas are empty
+  CodedDeltas deltas;
   BorderPart border;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "encoder/condensing/choose_models.h"
+#include "encoder/condensing/code_deltas.h"
 #include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/table_sets.h"
 #include "encoder/fields/expand.h"
@@ -26,13 +27,21 @@ class Condenser {
     read_streams();
     share_skeletons();
     if (models_.skeletons.empty()) return std::move(result_);
-    const CodingCounts counts = count_codings();
-    const Codings codings = counts.choose(scale_, smallest_, /*with_borders=*/true);
-    if (code(codings) || !codings.has_borders) return std::move(result_);
-    // Values at borders cannot be stored once for all patches, and their fields are used up.
-    read_streams();
-    code(counts.choose(scale_, smallest_, /*with_borders=*/false));
-    return std::move(result_);
+    find_deltas();
+    CodingCounts counts = count_codings();
+    bool with_borders = true;
+    for (;;) {
+      const Codings codings = counts.choose(scale_, smallest_, with_borders, !models_.deltas.empty());
+      const Outcome outcome = code(codings);
+      if (outcome == Outcome::kDone) return std::move(result_);
+      // Something cannot be stored as chosen, or not so well. The fields of the streams are used up.
+      read_streams();
+      if (outcome == Outcome::kWithoutBorders) with_borders = false;
+      if (outcome == Outcome::kWithoutDeltas) {
+        models_.deltas.clear();
+        counts = count_codings();
+      }
+    }
   }
 
  private:
@@ -49,7 +58,10 @@ class Condenser {
     std::vector<FlagCounts> flags;
     std::vector<SeamCounts> seams;
     std::array<TokenCounts, 2> borders{};
+    DeltaCounts deltas;
   };
+  // How coding ended: the next try is without what did not help.
+  enum class Outcome { kDone, kWithoutBorders, kWithoutDeltas };
 
   bool may_have_borders() const {
     const auto may_have = [&](const Patch& patch) {
@@ -77,11 +89,12 @@ class Condenser {
     return std::ranges::find(agree, 0) == agree.end();
   }
 
-  // Codes all streams, and puts those that are condensed into the result. False if values at borders were to
-  // be stored once, and that is not possible for all patches.
-  bool code(const Codings& codings) {
-    code_patches(codings);
-    return (!codings.has_borders || borders_agree()) && write_patches();
+  // Codes all streams, and puts those that are condensed into the result. Values at borders are stored once for
+  // all patches, or not at all.
+  Outcome code(const Codings& codings) {
+    if (!code_patches(codings)) return Outcome::kWithoutDeltas;
+    return (!codings.has_borders || borders_agree()) && write_patches() ? Outcome::kDone
+                                                                        : Outcome::kWithoutBorders;
   }
 
   void read_streams() {
@@ -121,6 +134,39 @@ class Condenser {
     for (size_t s = 0; s < levels.size(); ++s) models_.skeletons[s].symbol_level = std::countr_zero(levels[s]);
   }
 
+  // Finds the attributes that may be coded as deltas: in all streams that have them, and these are alike in all
+  // streams with one skeleton.
+  void find_deltas() {
+    std::vector<uint8_t> is_seen(models_.skeletons.size());
+    std::vector<std::vector<core::DeltaModel>> of_skeletons;
+    std::vector<size_t> attribute_counts;
+    for (size_t i = 0; i < patches_.size(); ++i) {
+      const Patch& patch = patches_[i];
+      if (!patch.is_condensable || std::exchange(is_seen[patch.skeleton], 1) != 0) continue;
+      const std::unique_ptr<DecodedSource> source = decode(i);
+      of_skeletons.push_back(source != nullptr ? possible_deltas(*source, patch.coded.fields)
+                                               : std::vector<core::DeltaModel>());
+      attribute_counts.push_back(patch.coded.fields.attributes.size());
+    }
+    for (uint32_t a = 1; a < attribute_count_; ++a) {
+      const core::DeltaModel* found = nullptr;
+      bool is_everywhere = true;
+      for (size_t s = 0; s < of_skeletons.size(); ++s) {
+        if (a >= attribute_counts[s]) continue;
+        const auto at = std::ranges::find(of_skeletons[s], a, &core::DeltaModel::attribute);
+        is_everywhere &= at != of_skeletons[s].end();
+        if (is_everywhere) found = &*at;
+      }
+      if (is_everywhere && found != nullptr) models_.deltas.push_back(*found);
+    }
+  }
+  // Those of a stream.
+  std::span<const core::DeltaModel> deltas_of(const Patch& patch) const {
+    const size_t attributes = patch.coded.fields.attributes.size();
+    const auto is_in = [&](const core::DeltaModel& model) { return model.attribute < attributes; };
+    return std::span(models_.deltas).first(static_cast<size_t>(std::ranges::count_if(models_.deltas, is_in)));
+  }
+
   // Calls body(part, i) for each stream i in some order, where streams of the same part follow each other.
   template <typename Body>
   void for_parts(size_t count, Body body) const {
@@ -138,7 +184,7 @@ class Condenser {
                      : nullptr;
   }
 
-  // The counts of a sample of the streams. Sets scale_.
+  // The counts of a sample of the streams. Sets scale_, and how deltas are coded.
   CodingCounts count_codings() {
     const bool with_borders = may_have_borders();
     std::vector<size_t> condensable;
@@ -146,23 +192,34 @@ class Condenser {
     for (size_t i = 0; i < patches_.size(); ++i)
       if (patches_[i].is_condensable) condensable.push_back(i), faces += draco_.entries[i].face_count;
     const size_t every = std::min<size_t>(1 + faces / kSampleFaces, condensable.size());
-    std::vector<CodingCounts> parts(kParts, CodingCounts(attribute_count_));
+    std::vector<CodingCounts> parts(kParts, CodingCounts(attribute_count_, models_.deltas));
     uint64_t sample_faces = 0;
     for (size_t n = 0; n < condensable.size(); n += every)
       sample_faces += draco_.entries[condensable[n]].face_count;
+    std::vector<DeltaSample> delta_parts(kParts);
+    const auto delta_every = static_cast<uint32_t>(1 + sample_faces / kSampleDeltaFaces);
     for_parts((condensable.size() + every - 1) / every, [&](size_t part, size_t n) {
       const size_t i = condensable[n * every];
       const std::unique_ptr<DecodedSource> source = decode(i);
+      // A stream with fewer of them says nothing about the others.
+      if (source != nullptr && !models_.deltas.empty() &&
+          deltas_of(patches_[i]).size() == models_.deltas.size())
+        delta_parts[part].add(*source, models_.deltas,
+                              patches_[i].coded.fields.attributes[0].skeleton.allows_creation_order(),
+                              delta_every);
       const bool has_border = with_borders && source != nullptr;
       const BorderPart border = has_border ? border_part(i, *source) : BorderPart();
       parts[part].add(patches_[i].coded.fields, source.get(), has_border ? &border : nullptr);
     });
     for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
+    for (size_t part = 1; part < kParts; ++part) delta_parts[0].append(std::move(delta_parts[part]));
+    delta_parts[0].choose(models_.deltas, pool_);
     scale_ = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
     return std::move(parts[0]);
   }
 
-  void code_patches(const Codings& codings) {
+  // False if deltas take more bytes than other values would.
+  bool code_patches(const Codings& codings) {
     models_.has_borders = codings.has_borders;
     models_.symbol_contexts = codings.symbol_contexts;
     std::vector<Counts> parts(kParts,
@@ -173,7 +230,19 @@ class Condenser {
       if (patches_[i].is_condensable) count_patch(patches_[i], parts[part]);
     });
     for (size_t part = 1; part < kParts; ++part) add_counts(parts[part], parts[0]);
+    models_.delta_tables = delta_tables(parts[0].deltas);
+    if (!models_.deltas.empty()) {
+      BitStringWriter head;
+      write_deltas(models_, head);
+      double others = 0;
+      for (const core::DeltaModel& delta : models_.deltas) others += codings.bits[delta.attribute];
+      const double sections = 8.0 * 4 * core::kDeltaSections * static_cast<double>(patches_.size());
+      if (delta_bits(parts[0].deltas, models_.delta_tables) + static_cast<double>(head.bit_count()) + sections >
+          others)
+        return false;
+    }
     set_tables(codings, parts[0]);
+    return true;
   }
 
   void set_token_tables(size_t a, AttributeTables& model) {
@@ -197,8 +266,13 @@ class Condenser {
   void code_patch(const Codings& codings, size_t i) {
     Patch& patch = patches_[i];
     DracoFields& fields = patch.coded.fields;
+    const std::span<const core::DeltaModel> deltas = deltas_of(patch);
+    const auto is_delta = [&](uint32_t a) {
+      return std::ranges::find(deltas, a, &core::DeltaModel::attribute) != deltas.end();
+    };
     const auto is_by_creation = [&](uint32_t a) {
-      return codings.values[a].by_creation && fields.attributes[a].skeleton.allows_creation_order();
+      return is_delta(a) ||
+             (codings.values[a].by_creation && fields.attributes[a].skeleton.allows_creation_order());
     };
     std::unique_ptr<DecodedSource> source;
     for (uint32_t a = 0; a < fields.attributes.size(); ++a)
@@ -208,12 +282,14 @@ class Condenser {
       }
     if (codings.has_borders) patch.coded.border = border_part(i, *source);
     patch.coded.contexts = contexts_of_symbols(fields, codings.symbol_contexts);
+    if (!deltas.empty()) patch.coded.deltas = code_deltas(*source, deltas, is_by_creation(0));
     for (uint32_t a = 0; a < fields.attributes.size(); ++a) {
       patch.coded.attributes.push_back(
-          is_by_creation(a) ? code_by_creation(*source, a, codings.values[a],
-                                               a == 0 ? std::span<const uint32_t>(patch.coded.border.known)
-                                                      : std::span<const uint32_t>())
-                            : code_in_draco_order(fields.attributes[a]));
+          is_delta(a)         ? CodedValues()
+          : is_by_creation(a) ? code_by_creation(*source, a, codings.values[a],
+                                                 a == 0 ? std::span<const uint32_t>(patch.coded.border.known)
+                                                        : std::span<const uint32_t>())
+                              : code_in_draco_order(fields.attributes[a]));
       fields.attributes[a].symbols = {};
       fields.attributes[a].raw = {};
     }
@@ -222,6 +298,7 @@ class Condenser {
   void count_patch(const Patch& patch, Counts& counts) const {
     const DracoFields& fields = patch.coded.fields;
     add_symbols(fields, patch.coded.contexts, counts.symbols);
+    counts.deltas.add(patch.coded.deltas);
     const BorderPart& border = patch.coded.border;
     for (size_t n = 0; n < border.symbols.size(); ++n)
       ++counts.borders[n < fields.attributes[0].components ? 0 : 1][token_of(border.symbols[n]).token];
@@ -241,6 +318,7 @@ class Condenser {
 
   static void add_counts(const Counts& from, Counts& to) {
     to.symbols += from.symbols;
+    to.deltas += from.deltas;
     for (size_t t = 0; t < to.borders.size(); ++t) to.borders[t] += from.borders[t];
     const auto add_bits = [](const auto& bits, auto& sums) {
       for (size_t i = 0; i < bits.size(); ++i)
@@ -259,6 +337,11 @@ class Condenser {
     for (size_t a = 0; a < attribute_count_; ++a) {
       AttributeTables& model = models_.attributes.emplace_back();
       model.coding = codings.values[a];
+      if (std::ranges::find(models_.deltas, a, &core::DeltaModel::attribute) != models_.deltas.end()) {
+        model.coding = {.by_creation = true};
+        model.sets.emplace_back(TokenTables(core::TableSet::kTables));
+        continue;
+      }
       set_token_tables(a, model);
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind) {
         const auto [zeros, ones] = counts.flags[a][kind];
@@ -313,7 +396,7 @@ class Condenser {
   }
 
   static constexpr size_t kParts = 32;
-  static constexpr uint64_t kSampleFaces = 1 << 16;
+  static constexpr uint64_t kSampleFaces = 1 << 16, kSampleDeltaFaces = 1 << 12;
 
   const PatchContainer& draco_;
   const bool smallest_;

@@ -18,6 +18,25 @@ AttributeCounts& AttributeCounts::operator+=(const AttributeCounts& other) {
   return *this;
 }
 
+void DeltaCounts::add(const CodedDeltas& deltas) {
+  for (const uint32_t flag : deltas.flags) {
+    if (flag < CodedDeltas::kRun)
+      ++some[flag];
+    else
+      ++runs[token_of(flag - CodedDeltas::kRun).token];
+  }
+  for (const std::vector<CodedDeltas::Correction>& component : deltas.corrections)
+    for (const CodedDeltas::Correction& correction : component)
+      ++corrections[correction.level][token_of(correction.symbol).token];
+}
+
+DeltaCounts& DeltaCounts::operator+=(const DeltaCounts& other) {
+  for (size_t bit = 0; bit < some.size(); ++bit) some[bit] += other.some[bit];
+  runs += other.runs;
+  for (size_t level = 0; level < corrections.size(); ++level) corrections[level] += other.corrections[level];
+  return *this;
+}
+
 SymbolCounts& operator+=(SymbolCounts& to, const SymbolCounts& from) {
   for (size_t i = 0; i < to.size(); ++i)
     for (size_t s = 0; s < core::SymbolContext::kCount; ++s) to[i][s] += from[i][s];
@@ -80,6 +99,29 @@ void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_k
   write_frequencies(table, kind, out);
 }
 
+void write_deltas(const Models& models, BitStringWriter& out) {
+  core::NumberKind count(0), used = used_kind(), skip(0), zero(10), back(1), factor(5);
+  out.number(count, static_cast<uint32_t>(models.deltas.size()) - 1);
+  uint32_t last = 0;
+  for (size_t n = 0; n < models.deltas.size(); ++n) {
+    const core::DeltaModel& delta = models.deltas[n];
+    out.number(skip, delta.attribute - last - 1u);
+    last = delta.attribute;
+    out.bits(delta.is_even, 1);
+    for (const int32_t of : delta.zero) out.signed_number(zero, of);
+    const bool has_reference = delta.reference != core::DeltaModel::kNoReference;
+    out.bits(has_reference, 1);
+    if (!has_reference) continue;
+    out.number(back, n - delta.reference - 1);
+    out.signed_number(factor, delta.factor);
+  }
+  const DeltaTables& tables = models.delta_tables;
+  out.bits(tables.some, core::kSlotBits);
+  out.bits(tables.begins >> 1, core::DeltaTables::kLevels - 1);
+  write_token_table(tables.runs, used, out);
+  for (const std::vector<uint16_t>& table : tables.corrections) write_token_table(table, used, out);
+}
+
 std::vector<uint8_t> write_head(const Models& models) {
   BitStringWriter out;
   core::NumberKind count(0), length(5), used = used_kind();
@@ -113,10 +155,15 @@ std::vector<uint8_t> write_head(const Models& models) {
     for (const uint32_t probability : seam) out.bits(probability, core::kSlotBits);
   std::vector<uint8_t> head;
   append_head_section(HeadSection::kTables, out.take(), head);
-  if (!models.has_borders) return head;
-  used = used_kind();
-  for (const std::vector<uint16_t>& table : models.border_tables) write_token_table(table, used, out);
-  append_head_section(HeadSection::kBorders, out.take(), head);
+  if (models.has_borders) {
+    used = used_kind();
+    for (const std::vector<uint16_t>& table : models.border_tables) write_token_table(table, used, out);
+    append_head_section(HeadSection::kBorders, out.take(), head);
+  }
+  if (!models.deltas.empty()) {
+    write_deltas(models, out);
+    append_head_section(HeadSection::kDeltas, out.take(), head);
+  }
   return head;
 }
 

@@ -49,6 +49,22 @@ void add_symbols(const DracoFields& fields, std::span<const uint16_t> contexts, 
 using FlagCounts = std::array<BitCounts, kFlagKinds>;
 using SeamCounts = std::array<BitCounts, 2>;  // after no seam, and after a seam
 
+// How often deltas have each symbol: flags that are bits, runs, and corrections by their level.
+struct DeltaCounts {
+  BitCounts some{};
+  TokenCounts runs{};
+  std::array<TokenCounts, core::DeltaTables::kLevels> corrections{};
+  void add(const CodedDeltas& deltas);
+  DeltaCounts& operator+=(const DeltaCounts& other);
+};
+struct DeltaTables {
+  uint32_t some = 0;  // the probability of a 1
+  std::vector<uint16_t> runs;
+  // Level l has a table of its own if `begins` has bit l, otherwise the table of the level before.
+  uint32_t begins = 1;
+  std::vector<std::vector<uint16_t>> corrections;
+};
+
 // The bits in which a patch says which of `set_count` sets it uses.
 inline uint32_t set_bits(size_t set_count) { return static_cast<uint32_t>(std::bit_width(set_count - 1)); }
 
@@ -74,6 +90,8 @@ struct Models {
   std::array<std::vector<uint16_t>, 2>
       border_tables;  // for the first value of a border part, and for the others
   std::vector<std::array<uint32_t, 2>> seam_probability;  // by attribute data
+  std::vector<core::DeltaModel> deltas;
+  DeltaTables delta_tables;
 };
 
 // Tables that fit counts.
@@ -89,6 +107,7 @@ void write_symbol_tables(std::span<const std::array<uint16_t, core::SymbolContex
                          BitStringWriter& out);
 inline core::NumberKind used_kind() { return core::NumberKind(5); }
 void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_kind, BitStringWriter& out);
+void write_deltas(const Models& models, BitStringWriter& out);
 // The head of a container. read_condensed_head reads it.
 std::vector<uint8_t> write_head(const Models& models);
 

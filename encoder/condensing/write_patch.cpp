@@ -17,13 +17,16 @@ class PatchWriter {
     std::vector<uint8_t> bytes;
     std::vector<uint32_t> lengths;
     for (uint32_t i = 1; i < patch_.attributes.size(); ++i) {
+      if (head_.attributes[i].is_delta) continue;
       SectionWriter section;
       code_attribute(i, section);
       lengths.push_back(section.append_to(bytes));
     }
+    std::vector<uint32_t> delta_lengths;
+    if (patch_.deltas.has_rows()) delta_lengths = append_deltas(bytes);
     SectionWriter main;
     write_connectivity_numbers(main.plain());
-    write_attribute_numbers(lengths, main.plain());
+    write_attribute_numbers(lengths, delta_lengths, main.plain());
     if (head_.has_borders) code_border(main);
     code_symbols(main);
     code_seams(main);
@@ -55,9 +58,12 @@ class PatchWriter {
     for (const std::vector<uint8_t>& seams : fields_.seams) out.bits(has_seams(seams), 1);
   }
 
-  void write_attribute_numbers(std::span<const uint32_t> section_bytes, BitStringWriter& out) {
+  void write_attribute_numbers(std::span<const uint32_t> section_bytes,
+                               std::span<const uint32_t> delta_section_bytes, BitStringWriter& out) {
     core::NumberKind bytes(8), low(12), extent(12), flags(8);
     for (const uint32_t count : section_bytes) out.number(bytes, count);
+    for (const uint8_t is_row : patch_.deltas.is_row) out.bits(is_row, 1);
+    for (const uint32_t count : delta_section_bytes) out.number(bytes, count);
     for (uint32_t i = 0; i < patch_.attributes.size(); ++i) {
       const AttributeFields& attribute = fields_.attributes[i];
       if (!attribute.skeleton.has_wrap_range() || is_by_creation(i)) continue;
@@ -96,6 +102,24 @@ class PatchWriter {
     const Token token = token_of(symbol);
     out.code(table.shares[token.token]);
     out.plain().bits(token.extra, token.extra_bits);
+  }
+
+  std::vector<uint32_t> append_deltas(std::vector<uint8_t>& bytes) {
+    const core::DeltaTables& tables = head_.delta_tables;
+    SectionWriter out;
+    for (const uint32_t flag : patch_.deltas.flags) {
+      if (flag < CodedDeltas::kRun)
+        out.code_bit(flag != 0, tables.some);
+      else
+        code_token(flag - CodedDeltas::kRun, head_.token_tables[tables.runs], out);
+    }
+    std::vector<uint32_t> lengths{out.append_to(bytes)};
+    for (const std::vector<CodedDeltas::Correction>& component : patch_.deltas.corrections) {
+      for (const CodedDeltas::Correction& correction : component)
+        code_token(correction.symbol, head_.token_tables[tables.of_level[correction.level]], out);
+      lengths.push_back(out.append_to(bytes));
+    }
+    return lengths;
   }
 
   void code_symbols(SectionWriter& out) {

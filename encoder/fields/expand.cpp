@@ -173,6 +173,10 @@ class StreamExpander {
       else if (!attribute.by_creation)
         take_corrections(decoder.integers()[i], out);
       SectionBytes::Attribute& measured = measured_.attributes.emplace_back();
+      if (attribute.is_delta) {
+        measured.tokens += attribute.section_bytes;
+        continue;
+      }
       add_section_bytes(begins_[i], behind_tokens_[i], measured.tokens, measured.bits);
       add_section_bytes(behind_tokens_[i], attribute.tokens.section(), measured.flags, measured.bits);
     }

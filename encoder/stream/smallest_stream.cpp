@@ -131,7 +131,8 @@ class SmallestAttributes {
     std::vector<Scheme> schemes = possible_schemes(plan, texture_bits(plan), positions, [&](size_t texcoords) {
       return texture_prediction_may_overflow(welded_, patch_, codings_, texcoords);
     });
-    const bool is_created = in_creation_order_ && &plan == &positions;
+    const bool is_created = in_creation_order_ &&
+                            (&plan == &positions || target_of(welded_.mesh->attributes[plan.source].semantic));
     if (is_created) std::erase(schemes, Scheme::kConstrainedMultiParallelogram);
     // All attributes of a group have one walk.
     const bool has_walks = !is_created && plan.description.coding != Coding::kRaw &&

@@ -25,9 +25,9 @@ namespace psplit {
 //
 // So it takes at most the bytes of any speed below kSpeedOfOneTable.
 //
-// in_creation_order is for streams that are to be condensed: POSITION has only the schemes that condensed
-// streams code in order of creation, on the walk depth first. The traversal and the level are those of speed 5:
-// condensed streams do not depend on them, and share what is the same in all.
+// in_creation_order is for streams that are to be condensed: POSITION and morph targets have only the schemes
+// that condensed streams code in order of creation, on the walk depth first. The traversal and the level are
+// those of speed 5: condensed streams do not depend on them, and share what is the same in all.
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                               std::span<const AttributeCoding> codings,
                                               bool with_values = false, bool in_creation_order = false);

@@ -40,7 +40,56 @@ class HeadSectionReader {
     return check_end();
   }
 
+  Status read_deltas() {
+    const uint64_t count = uint64_t{bits_.number(count_)} + 1;
+    if (bits_.broken()) return check_truncation();
+    NumberKind skip{0}, zero{10}, back{1}, factor{5};
+    uint64_t attribute = 0;
+    for (uint64_t n = 0; n < count; ++n) {
+      // The first attribute has the places, so it is none of them.
+      attribute += uint64_t{bits_.number(skip)} + 1;
+      if (bits_.broken()) return check_truncation();
+      if (attribute >= head_.attributes.size()) return invalid("deltas of an attribute without a model");
+      core::AttributeModel& model = head_.attributes[static_cast<size_t>(attribute)];
+      if (!model.by_creation || model.set_count > 1) return invalid("deltas with a model of other values");
+      model.is_delta = true;
+      core::DeltaModel& delta = head_.deltas.emplace_back();
+      delta.attribute = static_cast<uint16_t>(attribute);
+      delta.is_even = bits_.bits(1) != 0;
+      for (int32_t& of : delta.zero) of = static_cast<int32_t>(bits_.signed_number(zero));
+      if (bits_.bits(1) == 0) continue;
+      const uint64_t distance = uint64_t{bits_.number(back)} + 1;
+      const int64_t times = bits_.signed_number(factor);
+      if (bits_.broken()) return check_truncation();
+      constexpr int64_t kMostFactor = 0x7fff;
+      if (distance > n || times < -kMostFactor || times > kMostFactor) return invalid("an invalid reference");
+      delta.reference = static_cast<uint16_t>(n - distance);
+      delta.factor = static_cast<int16_t>(times);
+    }
+    return read_delta_tables();
+  }
+
  private:
+  Status read_delta_tables() {
+    core::DeltaTables& tables = head_.delta_tables;
+    if (!read_probability(tables.some))
+      return bits_.broken() ? check_truncation() : invalid("a probability of 0");
+    uint32_t begins = bits_.bits(core::DeltaTables::kLevels - 1) << 1 | 1;
+    if (bits_.broken()) return check_truncation();
+    if (core::bit_count(begins) > kMostDeltaTables) return invalid("more than 8 tables of deltas");
+    if (Status status = read_token_table(tables.runs); !status.ok()) return status;
+    for (uint16_t& table : tables.of_level) {
+      if ((begins & 1) != 0) {
+        table = core::kNoTable;
+        if (Status status = read_token_table(table); !status.ok()) return status;
+      } else {
+        table = *(&table - 1);
+      }
+      begins >>= 1;
+    }
+    return check_end();
+  }
+
   Status check_truncation() const { return bits_.broken() ? invalid("a section ends early") : Status(); }
   // The unused bits of the last byte are 0.
   Status check_end() {
@@ -163,7 +212,7 @@ class HeadSectionReader {
     for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = bits_.number(frequency_kind);
     if (bits_.broken()) return check_truncation();
     if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
-    // Three tables for each of 256 sets, and two for borders.
+    // Three tables for each of 256 sets, two for borders, and nine for deltas.
     number_of_table = static_cast<uint16_t>(head_.token_tables.size());
     core::TokenTable& table = head_.token_tables.emplace_back();
     uint32_t first = 0;
@@ -197,6 +246,7 @@ Status read_section(uint32_t type, std::span<const uint8_t> bytes, CondensedHead
   switch (static_cast<HeadSection>(type)) {
     case HeadSection::kTables: return HeadSectionReader(bytes, head).read_tables();
     case HeadSection::kBorders: return HeadSectionReader(bytes, head).read_borders();
+    case HeadSection::kDeltas: return HeadSectionReader(bytes, head).read_deltas();
     default:
       return unsupported("head: section " + std::to_string(type) + " is not known, and may not be skipped");
   }
@@ -216,6 +266,8 @@ core::CondensedModels CondensedHead::models() const {
   models.table_sets = {table_sets.data(), table_sets.size()};
   models.attributes = {attributes.data(), attributes.size()};
   models.seams = {seams.data(), seams.size()};
+  models.deltas = {deltas.data(), deltas.size()};
+  models.delta_tables = delta_tables;
   return models;
 }
 

@@ -14,7 +14,7 @@ namespace psplit {
 
 // The sections of a head ascend by type. A reader skips those that it does not know from kMayBeSkipped on, and
 // must know all others.
-enum class HeadSection : uint8_t { kTables = 1, kBorders = 2, kMayBeSkipped = 128, kBoxes = 128 };
+enum class HeadSection : uint8_t { kTables = 1, kBorders = 2, kDeltas = 3, kMayBeSkipped = 128, kBoxes = 128 };
 void append_head_section(HeadSection type, std::span<const uint8_t> bytes, std::vector<uint8_t>& head);
 // The content of a section of a head that read_condensed_head accepts; empty if there is none.
 std::span<const uint8_t> find_head_section(HeadSection type, std::span<const uint8_t> head);
@@ -22,6 +22,9 @@ std::span<const uint8_t> find_head_section(HeadSection type, std::span<const uin
 inline constexpr uint32_t kMostSkeletons = 255, kMostSkeletonBytes = 4096;
 // Sets of token tables: of an attribute, and of all attributes.
 inline constexpr uint32_t kMostTableSets = 8, kMostTableSetsOfAll = 256;
+
+// The token tables that levels of deltas choose from.
+inline constexpr uint32_t kMostDeltaTables = 8;
 
 // How contexts of symbols are stored: the number of symbols before, at most kMostHistory, or kValenceContexts.
 inline constexpr uint32_t kMostHistory = 5, kValenceContexts = 8;
@@ -45,6 +48,8 @@ struct CondensedHead {
   std::vector<core::TableSet> table_sets;
   std::vector<core::AttributeModel> attributes;
   std::vector<core::SeamModel> seams;
+  std::vector<core::DeltaModel> deltas;
+  core::DeltaTables delta_tables;
 
   // Valid as long as the vectors do not change.
   core::CondensedModels models() const;

@@ -152,6 +152,13 @@ class AttributeDecoder {
     }
     return Fault::kNone;
   }
+  // Decodes the deltas of a condensed stream, when all other values are finished. Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault decode_deltas(L lanes) {
+    return is_condensed() && condensed_.has_deltas()
+               ? condensed_.decode_deltas(lanes, header_.condensed, patch_)
+               : Fault::kNone;
+  }
 
   // The memory that `start` takes and keeps, without integers and their symbols.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {

@@ -40,6 +40,13 @@ class Components {
     return sum;
   }
 
+  PSPLIT_HD Components times(int32_t factor) const {
+    Components out;
+    for (uint32_t k = 0; k < kCount; ++k)
+      out.values_[k] = static_cast<int32_t>(static_cast<uint32_t>(values_[k]) * static_cast<uint32_t>(factor));
+    return out;
+  }
+
   // Each component divided by 1 << bits, rounded down.
   PSPLIT_HD Components shifted(uint32_t bits) const {
     Components out;
@@ -84,6 +91,7 @@ requires(kCount == 3 || kCount == 4) class Components<kCount> {
   friend Components operator/(Components sum, int32_t count) {
     return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(sum.lanes_) / count));
   }
+  Components times(int32_t factor) const { return Components(lanes_ * spread(static_cast<uint32_t>(factor))); }
   Components shifted(uint32_t bits) const {
     return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(lanes_) >> static_cast<int32_t>(bits)));
   }

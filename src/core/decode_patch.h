@@ -94,7 +94,10 @@ class PatchDecoder {
     lanes.sync();
     switch (stop) {
       case Stop::kCorrections: return predict(lanes);
-      case Stop::kPrediction: return alone(lanes, [&] { return finish_predictions(); });
+      case Stop::kPrediction: {
+        const Fault fault = alone(lanes, [&] { return finish_predictions(); });
+        return fault == Fault::kNone ? attributes_.decode_deltas(lanes) : fault;
+      }
       default: return resume_to_corrections(lanes);
     }
   }
@@ -116,10 +119,13 @@ class PatchDecoder {
   template <Lanes L>
   PSPLIT_HD Fault predict(L lanes) {
     attributes_.start_predictions(lanes);
-    return alone(lanes, [&] {
+    const Fault fault = alone(lanes, [&] {
       return attributes_.are_predicted() ? stop_at(Stop::kDone, attributes_.check_created())
                                          : stop_at(Stop::kPrediction, Fault::kNone);
     });
+    const bool is_done = fault == Fault::kNone && stop_ == Stop::kDone;
+    lanes.sync();
+    return is_done ? attributes_.decode_deltas(lanes) : fault;
   }
 
  private:

@@ -153,6 +153,11 @@ PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 PSPLIT_HD inline uint32_t bit_count(uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<uint32_t>(__popc(static_cast<int>(value)));
+#elif defined(__x86_64__) && !defined(__POPCNT__)
+  // Without the instruction, the builtin is a call.
+  value -= value >> 1 & 0x55555555;
+  value = (value & 0x33333333) + (value >> 2 & 0x33333333);
+  return ((value + (value >> 4)) & 0x0f0f0f0f) * 0x01010101 >> 24;
 #elif defined(PSPLIT_HAS_BUILTINS)
   return static_cast<uint32_t>(__builtin_popcount(value));
 #else

@@ -104,6 +104,18 @@ class ValueWriter {
             origin = GridOrigin<kComponents>(attribute_.origin),
             values = attribute_.values](uint32_t value, uint8_t* out) {
       const int32_t* in = &values[size_t{value} * value_stride(components)];
+#if defined(PSPLIT_HAS_VECTORS)
+      if constexpr (kComponents == 3) {
+        using Ints = int32_t __attribute__((vector_size(16)));
+        using Floats = float __attribute__((vector_size(16)));
+        Ints places;
+        copy_bytes(&places, in, sizeof places);
+        const Floats dequantized = __builtin_convertvector(places, Floats) * Floats{step, step, step, step} +
+                                   Floats{origin[0], origin[1], origin[2], 0};
+        copy_bytes(out, &dequantized, 3 * sizeof(float));
+        return;
+      }
+#endif
       for (uint32_t k = 0; k < components; ++k) {
         const float dequantized = static_cast<float>(in[k]) * step + origin[k];
         store<kAligned>(out + 4 * k, dequantized);

@@ -60,6 +60,14 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
         made.push_back(encode_sample(
             "morph targets, speed " + std::to_string(speed), morphing, codings,
             {.patch_count = 3, .encode_speed = speed, .choose_by_bytes = by_bytes, .verify = false}, pool));
+  // More than a word of flags, several patches; and little more than the deltas.
+  for (const auto [size, targets, patches] : {std::array{14u, 40u, 3u}, {9u, 33u, 1u}, {6u, 5u, 1u}}) {
+    const Mesh alike = with_alike_targets(size, targets);
+    codings.clear();
+    for (const Attribute& attribute : alike.attributes) codings.push_back(fit_grid(attribute, 11).value());
+    made.push_back(encode_sample("alike targets, " + std::to_string(targets), alike, codings,
+                                 {.patch_count = static_cast<int>(patches), .verify = false}, pool));
+  }
   return made;
 }
 

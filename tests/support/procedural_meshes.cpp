@@ -644,6 +644,30 @@ Mesh with_targets() {
   return mesh;
 }
 
+Mesh with_alike_targets(uint32_t size, uint32_t targets) {
+  Mesh mesh = make_grid(size, size);
+  std::vector<float> positions = positions_of(mesh);
+  for (size_t i = 0; i < positions.size(); i += 3)
+    positions[i + 2] = 0.05f * positions[i] * positions[i] - 0.1f * positions[i] * positions[i + 1];
+  mesh.attributes[0] = make_attribute("POSITION", ComponentType::kFloat32, 3, false, positions);
+  std::mt19937 random(5);
+  const auto below = [&](uint32_t bound) { return static_cast<float>(random() % bound); };
+  std::vector<std::vector<float>> deltas;
+  for (uint32_t t = 0; t < targets; ++t) {
+    std::vector<float>& of = deltas.emplace_back(positions.size());
+    const float x = below(size + 1), y = below(size + 1), reach = 1 + below(size / 2 + 1);
+    for (size_t i = 0; i < of.size(); i += 3) {
+      const float dx = positions[i] - x, dy = positions[i + 1] - y;
+      const float bump = std::max(0.0f, reach * reach - dx * dx - dy * dy) / (reach * reach);
+      of[i] = 0.3f * bump, of[i + 1] = -0.1f * bump * dx, of[i + 2] = bump + 0.001f * below(5) * bump;
+      if (t % 3 == 2)
+        for (size_t k = i; k < i + 3; ++k) of[k] = (t % 2 == 0 ? -0.5f : 1.5f) * deltas[t - 2][k];
+    }
+    add_float(mesh, name_of_target(t, "POSITION"), 3, of);
+  }
+  return mesh;
+}
+
 const std::vector<NamedMesh>& nasty_meshes() {
   static const std::vector<NamedMesh> made = [] {
     std::vector<NamedMesh> meshes;

@@ -43,6 +43,8 @@ Mesh long_edges();
 // A surface with seams in normals and texture coordinates, and morph targets: of positions, everywhere and in
 // one place; of normals, where these have seams; and one with seams of its own.
 Mesh with_targets();
+// A bent grid of `size` squares a side, with targets that move parts of it, and of which some resemble others.
+Mesh with_alike_targets(uint32_t size, uint32_t targets);
 
 // Functions from which tests build meshes.
 

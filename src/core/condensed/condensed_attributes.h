@@ -4,6 +4,7 @@
 #include "src/core/border_walk.h"
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/creation.h"
+#include "src/core/condensed/deltas.h"
 #include "src/core/condensed/skeleton.h"
 #include "src/core/condensed/token_steps.h"
 #include "src/core/integer_decoder.h"
@@ -17,7 +18,8 @@ struct CondensedAttribute {
   const AttributeModel* model = nullptr;
   const TableSet* tables = nullptr;
   bool by_creation = false;
-  uint32_t section_bytes = 0;  // not of the first
+  bool is_delta = false;       // by creation as well, but the deltas decode it
+  uint32_t section_bytes = 0;  // not of the first; of deltas: an equal share of their sections
   uint32_t flag_counts[AttributeModel::kCreaseContexts] = {};
   View<uint32_t> raw_symbols;  // of an attribute that is stored raw
   TokenSequence tokens;
@@ -48,7 +50,7 @@ class CondensedAttributes {
         if (const Fault fault = read_transform(reader, patch.attributes[i]); fault != Fault::kNone)
           return fault;
     }
-    return read_numbers(stream, patch, integers);
+    return read_numbers(stream, patch, integers, arena);
   }
 
   // Whether values of the group are in the order of Draco's stream.
@@ -67,6 +69,7 @@ class CondensedAttributes {
                         View<IntegerDecoder<Index>> integers, Arena& arena) {
     size_t at = 0;
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      if (attributes_[i].is_delta) continue;
       SectionReader own = section;
       if (i > 0) {
         const size_t bytes = attributes_[i].section_bytes;
@@ -80,7 +83,14 @@ class CondensedAttributes {
               : alone(lanes, [&] { return start_traversed(i, own, stream.models, patch, integers[i], arena); });
       if (fault != Fault::kNone) return fault;
     }
-    return Fault::kNone;
+    if (!has_deltas()) return Fault::kNone;
+    const Sequence<Index>* order = nullptr;
+    const Fault fault = find_delta_order(lanes, corners, patch, order, arena);
+    if (fault != Fault::kNone) return fault;
+    return alone(lanes, [&] {
+      delta_order_ = *order;
+      return deltas_.start(stream, at, patch, arena);
+    });
   }
   // Their tokens are pending after start, then their created values.
   PSPLIT_HD View<CondensedAttribute<Index>> attributes() const { return attributes_; }
@@ -96,7 +106,7 @@ class CondensedAttributes {
       else if (!attribute.by_creation)
         fault = read_flags(attribute, integers[i], arena);
       if (fault != Fault::kNone) return fault;
-      if (!attribute.tokens.section().is_at_end()) return Fault::kSection;
+      if (!attribute.is_delta && !attribute.tokens.section().is_at_end()) return Fault::kSection;
     }
     return Fault::kNone;
   }
@@ -121,18 +131,32 @@ class CondensedAttributes {
     return Fault::kNone;
   }
 
+  // Decodes the deltas, when the values of all other attributes are finished. Collective.
+  PSPLIT_HD bool has_deltas() const { return deltas_.count() > 0; }
+  template <Lanes L>
+  PSPLIT_HD Fault decode_deltas(L lanes, const CondensedStream& stream, Patch<Index>& patch) {
+    const DeltaPlaces places = DeltaPlaces::of(patch.attributes[0], attributes_[0].by_creation);
+    return deltas_.decode(lanes, stream, delta_order_, places, patch);
+  }
+
   // The memory that all of them take and keep. An attribute whose values are not created has integers, which
   // take less than created values with two predictors.
   PSPLIT_HD static size_t bytes(const CondensedStream& stream, uint32_t attribute_data_count,
                                 const ValueCounts& values) {
     const uint64_t orders = 2 * (uint64_t{attribute_data_count} + 1) + 1;
     const uint64_t used_orders = orders < stream.attribute_count ? orders : stream.attribute_count;
+    // A container may say less about its attributes than the stream does.
+    const uint32_t in_stream = stream.models.delta_count(stream.attribute_count);
+    const uint64_t deltas =
+        in_stream <= values.attributes && kDeltaComponents * in_stream <= values.components ? in_stream : 0;
     bool has_two = stream.traversed_count > 0;
     for (uint32_t i = 0; i < stream.attribute_count; ++i)
       has_two |= CreatedValues<Index>::mode_of(stream.models.attributes[i]) != CreationMode::kOne;
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
            used_orders * Sequence<Index>::bytes(values.points) +
-           CreatedValues<Index>::bytes(values.points, values.attributes, values.components, has_two ? 2 : 1) +
+           CreatedValues<Index>::bytes(values.points, values.attributes - deltas,
+                                       values.components - kDeltaComponents * deltas, has_two ? 2 : 1) +
+           DeltaDecoder<Index>::bytes(stream, values.points) +
            (stream.models.has_borders ? border_walk_bytes<Index>(values.points) : 0) +
            values.attributes * Arena::bytes<uint8_t>(values.points);
   }
@@ -161,15 +185,21 @@ class CondensedAttributes {
     if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
     attribute.skeleton = {description.coding, data.scheme, data.transform, 0, 0};
     attribute.by_creation = attribute.skeleton.is_by_creation(*attribute.model);
+    attribute.is_delta = attribute.model->is_delta;
+    if (attribute.is_delta && !attribute.by_creation) return Fault::kAttribute;
     return attribute.skeleton.has_grid() ? data.read_grid(reader) : Fault::kNone;
   }
 
   PSPLIT_HD Fault read_numbers(const CondensedStream& stream, const Patch<Index>& patch,
-                               View<IntegerDecoder<Index>> integers) {
+                               View<IntegerDecoder<Index>> integers, Arena& arena) {
     CondensedNumbers numbers(stream.numbers(stream.lengths_at));
     CondensedKinds kinds;
     for (uint32_t i = 1; i < attributes_.size(); ++i)
-      attributes_[i].section_bytes = numbers.number(kinds.bytes);
+      if (!attributes_[i].is_delta) attributes_[i].section_bytes = numbers.number(kinds.bytes);
+    if (const Fault fault = deltas_.read(stream, numbers, kinds.bytes, patch, arena); fault != Fault::kNone)
+      return fault;
+    for (uint32_t n = 0; n < deltas_.count(); ++n)
+      attributes_[stream.models.deltas[n].attribute].section_bytes = deltas_.share_of_sections(n);
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
       if (attributes_[i].by_creation || !attributes_[i].skeleton.has_wrap_range()) continue;
       const int64_t low = numbers.signed_number(kinds.low), extent = numbers.number(kinds.extent);
@@ -237,6 +267,26 @@ class CondensedAttributes {
     });
   }
 
+  // The order of creation, backward, of the first attribute's table.
+  template <Lanes L>
+  PSPLIT_HD Fault find_delta_order(L lanes, const VertexCorners<Index>& corners, const Patch<Index>& patch,
+                                   const Sequence<Index>*& found, Arena& arena) {
+    const uint32_t group = patch.attributes[0].group;
+    Sequence<Index>& order = orders_[2 * group + 1];
+    found = &order;
+    if (alone(lanes, [&] {
+          share_order(group, /*backward=*/true, patch, order);
+          return !order.corner.empty();
+        }))
+      return Fault::kNone;
+    const AttributeTable<Index>& table = patch.groups[group].table;
+    const Fault fault = alone(
+        lanes, [&] { return order.allocate(table.vertex_count, arena) ? Fault::kNone : Fault::kWorkspace; });
+    if (fault != Fault::kNone) return fault;
+    fill(lanes, order.rank, kNone<Index>);
+    return find_order(lanes, /*backward=*/true, corners, patch, table, 0, order, arena);
+  }
+
   // Finds the order of the attribute's values. Known values come first.
   template <Lanes L>
   PSPLIT_HD Fault find_order(L lanes, uint32_t i, bool has_known, const VertexCorners<Index>& corners,
@@ -294,8 +344,8 @@ class CondensedAttributes {
     const AttributeModel& model = *attributes_[i].model;
     for (uint32_t k = 0; k < i; ++k) {
       const AttributeModel& other = *attributes_[k].model;
-      if (attributes_[k].by_creation && other.two == model.two && other.mean == model.mean &&
-          attributes_[i].created.share_predictors(attributes_[k].created, order))
+      if (attributes_[k].by_creation && !attributes_[k].is_delta && other.two == model.two &&
+          other.mean == model.mean && attributes_[i].created.share_predictors(attributes_[k].created, order))
         return true;
     }
     return false;
@@ -403,6 +453,8 @@ class CondensedAttributes {
   }
 
   View<CondensedAttribute<Index>> attributes_;
+  DeltaDecoder<Index> deltas_;
+  Sequence<Index> delta_order_;
   // The orders of creation, by group: forward and backward. Each is empty until it is needed. The last one is
   // that of the first attribute, if values at borders are known.
   View<Sequence<Index>> orders_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "src/core/condensed/condensed_numbers.h"
+#include "src/core/condensed/delta_sources.h"
 #include "src/core/condensed/skeleton.h"
 #include "src/core/draco_header.h"
 
@@ -13,7 +14,12 @@ PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attr
                                               CondensedNumbers& numbers, CondensedStream& stream) {
   CondensedKinds kinds;
   uint64_t others = 0;
-  for (size_t i = 1; i < attributes.size() && !numbers.broken(); ++i) others += numbers.number(kinds.bytes);
+  for (size_t i = 1; i < attributes.size() && !numbers.broken(); ++i)
+    if (!stream.models.attributes[i].is_delta) others += numbers.number(kinds.bytes);
+  const uint32_t delta_count = stream.models.delta_count(static_cast<uint32_t>(attributes.size()));
+  for (uint32_t n = 0; n < delta_count; ++n) stream.delta_row_count += numbers.bit();
+  for (uint32_t s = 0; s < kDeltaSections && stream.delta_row_count > 0; ++s)
+    others += numbers.number(kinds.bytes);
   for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i) {
     if (attributes[i].is_by_creation(stream.models.attributes[i])) continue;
     ++stream.traversed_count;

@@ -22,9 +22,9 @@
 //                                 (token_steps.h); then flags of its prediction (condensed_attributes.h)
 //
 // Each other attribute has a section of its own, which is like the part of attribute 0. A decoder so reads all
-// attributes at once. Corrections are those of the Draco stream in its order, or those of values in order of
-// creation (creation.h). encoder/fields/expand.h makes the Draco stream again; encoder/condensing/condense.h
-// makes condensed streams.
+// attributes at once. Only the attributes of deltas share four sections, which follow those (deltas.h).
+// Corrections are those of the Draco stream in its order, or those of values in order of creation (creation.h).
+// encoder/fields/expand.h makes the Draco stream again; encoder/condensing/condense.h makes condensed streams.
 #pragma once
 
 #include "src/core/condensed/section.h"
@@ -38,6 +38,7 @@ struct CondensedStream {
   CondensedModels models;
   uint32_t attribute_count = 0;
   uint32_t traversed_count = 0;     // attributes that are not in order of creation
+  uint32_t delta_row_count = 0;     // attributes of deltas that are not 0 everywhere
   uint32_t split_symbol_count = 0;  // of S
   uint32_t interior_count = 0;      // components that end with a start face
   uint32_t component_count = 0;

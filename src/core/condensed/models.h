@@ -56,6 +56,7 @@ struct ValueCoding {
 struct AttributeModel : ValueCoding {
   static constexpr uint32_t kCreaseContexts = 4;
 
+  bool is_delta = false;  // by creation: its values are coded together with those of others (deltas.h)
   bool has_flags = false;
   // Each stream chooses one of these sets of token tables, in CondensedModels::table_sets.
   uint16_t first_set = 0, set_count = 1;
@@ -68,6 +69,26 @@ struct SeamModel {
   uint16_t after[2] = {};
 };
 
+// An attribute of deltas, such as those of a morph target (deltas.h).
+struct DeltaModel {
+  static constexpr uint16_t kNoReference = 0xffff;
+
+  uint16_t attribute = 0;
+  uint16_t reference = kNoReference;  // the number of an earlier one of these, which it resembles
+  int16_t factor = 0;                 // times the reference, in 1 / 64
+  bool is_even = false;               // all sources have the same weight
+  int32_t zero[3] = {};               // the value that stands for a delta of 0
+};
+
+// What all deltas share. Levels say how large corrections are around a value.
+struct DeltaTables {
+  static constexpr uint32_t kLevels = 21;
+
+  uint16_t some = 0;         // the probability that a delta is not 0 where some are 0 around it, and others not
+  uint16_t runs = kNoTable;  // the token table of runs
+  uint16_t of_level[kLevels] = {};
+};
+
 struct CondensedModels {
   bool has_valence_contexts = false;
   bool has_borders = false;  // the first attribute's values at borders are stored once, in border parts
@@ -78,7 +99,16 @@ struct CondensedModels {
   View<const TokenTable> token_tables;
   View<const TableSet> table_sets;
   View<const AttributeModel> attributes;
-  View<const SeamModel> seams;  // by attribute data
+  View<const SeamModel> seams;    // by attribute data
+  View<const DeltaModel> deltas;  // ascending by attribute
+  DeltaTables delta_tables;       // if there are deltas
+
+  // The number of attributes of deltas in a stream that has so many attributes.
+  PSPLIT_HD uint32_t delta_count(uint32_t attribute_count) const {
+    uint32_t count = 0;
+    while (count < deltas.size() && deltas[count].attribute < attribute_count) ++count;
+    return count;
+  }
 
   // Calls visit(array) for each of the arrays, which may be replaced by a copy.
   template <typename Visit>
@@ -88,6 +118,7 @@ struct CondensedModels {
     visit(table_sets);
     visit(attributes);
     visit(seams);
+    visit(deltas);
   }
 };
 

@@ -30,7 +30,7 @@ Expected<Mesh> decode_expanded(const Bytes& bytes, std::span<const AttributeRequ
 
 TEST(CondensedContainers, ExpandToTheContainersTheyWereMadeFrom) {
   const ThreadPool pool(2);
-  size_t stored = 0, skeletons = 0;
+  size_t stored = 0, skeletons = 0, with_deltas = 0, with_references = 0;
   for (const CondensedSample& sample : condensed_samples(pool)) {
     SCOPED_TRACE(sample.original.name);
     const PatchContainer container = must(open_container(sample.container));
@@ -38,6 +38,14 @@ TEST(CondensedContainers, ExpandToTheContainersTheyWereMadeFrom) {
       stored += entry.is_condensed ? 0 : 1;
       skeletons += entry.skeleton > 0 ? 1 : 0;
     }
+    const std::vector<core::DeltaModel>& deltas = container.head->deltas;
+    with_deltas += deltas.empty() ? 0 : 1;
+    with_references += std::ranges::any_of(deltas,
+                                           [](const core::DeltaModel& model) {
+                                             return model.reference != core::DeltaModel::kNoReference;
+                                           })
+                           ? 1
+                           : 0;
     const Bytes expanded = must(expand_container(container, pool));
     EXPECT_EQ(expanded, sample.original.encoded.pieces[0].bytes);
     const auto decoded =
@@ -46,6 +54,8 @@ TEST(CondensedContainers, ExpandToTheContainersTheyWereMadeFrom) {
   }
   EXPECT_GT(stored, 0u);     // residues at least
   EXPECT_GT(skeletons, 0u);  // that are not the first
+  EXPECT_GT(with_deltas, 3u);
+  EXPECT_GT(with_references, 1u);
 }
 
 Bytes mutant_of(const Bytes& container, std::mt19937& random) {

@@ -2,6 +2,7 @@
 import { bit_reader, demand, kinds_of, unfold } from './bits.mjs';
 import { attribute_table, decode_connectivity, inner_edges, kE, next, previous, swing_left, swing_right }
   from './corner_table.mjs';
+import { decode_deltas, parse_deltas } from './deltas.mjs';
 import { draco_order, kCanonicalized, kGeometricNormal, kMultiParallelogram, kNone, kNormals, kRaw, kTexCoords, kWrap,
   write_draco_stream } from './write_draco_stream.mjs';
 
@@ -19,7 +20,7 @@ function head_sections(part) {
     }
     demand(type > last, 'sections that do not ascend by type');
     demand(length <= part.length - at, 'a section of more bytes than there are');
-    demand(type === 1 || type === 2 || type >= 128, 'a section that is not known');
+    demand((type >= 1 && type <= 3) || type >= 128, 'a section that is not known');
     sections.set(last = type, part.subarray(at, at + length));
     at += length;
   }
@@ -40,9 +41,11 @@ function token_table(number, used_kind) {
 export function parse_head(part) {
   const sections = head_sections(part);
   demand(sections.has(1) || !sections.has(2), 'values at borders without tables');
+  demand(sections.has(1) || !sections.has(3), 'deltas without tables');
   if (!sections.has(1)) return null;
   const head = parse_tables(sections.get(1));
   head.border_tables = sections.has(2) ? parse_borders(sections.get(2)) : null;
+  head.deltas = sections.has(3) ? parse_deltas(sections.get(3), head.attributes, token_table) : null;
   return head;
 }
 
@@ -333,7 +336,11 @@ function begin_stream(row, head, uses) {
     return { source, split, edge: bits(1) };
   });
   fields.has_seams = Array.from({ length: skeleton.data_count }, () => bits(1));
-  const lengths = skeleton.attributes.slice(1).map(() => number(kinds.bytes));
+  const is_delta = ({ place }) => head.attributes[place].is_delta === true;
+  const lengths = skeleton.attributes.map((attribute) =>
+    (attribute.place > 0 && !is_delta(attribute) ? number(kinds.bytes) : 0));
+  const deltas = skeleton.attributes.filter(is_delta), is_row = deltas.map(() => bits(1) === 1);
+  const delta_lengths = is_row.includes(true) ? [0, 1, 2, 3].map(() => number(kinds.bytes)) : [];
   const attributes = skeleton.attributes.map((attribute) => ({ ...attribute, by_creation:
     head.attributes[attribute.place].by_creation && attribute.type !== kRaw &&
     (attribute.type === kNormals ? [kNone, 0] : [kNone, 0, 1]).includes(attribute.scheme) }));
@@ -359,15 +366,22 @@ function begin_stream(row, head, uses) {
   demand(border_count <= points, 'more border points than points');
 
   // The places of the sections.
-  const main_start = lengths.reduce((sum, length) => sum + length, 0);
+  const main_start = [...lengths, ...delta_lengths].reduce((sum, length) => sum + length, 0);
   demand(main_start <= stream.length, 'sections that do not fit');
   let at = 0;
-  const coders = attributes.map((_, place) => {
-    if (place === 0) return section(stream.subarray(main_start), plain);
-    const bytes = stream.subarray(at, at + lengths[place - 1]);
-    at += bytes.length;
+  const next_section = (length) => {
+    const bytes = stream.subarray(at, at + length);
+    at += length;
     return section(bytes, from_the_end(bytes));
+  };
+  const coders = attributes.map((attribute, place) => {
+    if (place === 0) return section(stream.subarray(main_start), plain);
+    return is_delta(attribute) ? null : next_section(lengths[place]);
   });
+  fields.deltas = { is_row, coders: delta_lengths.map(next_section) };
+  for (const { by_creation, decoder, type, components } of attributes.filter(is_delta))
+    demand(by_creation && decoder === attributes[0].decoder && type !== kNormals && components === 3,
+      'deltas of other values');
   const main = coders[0] ?? section(stream, plain);
   demand(!head.border_tables || attributes[0]?.by_creation, 'borders without an attribute in order of creation');
   let last = null;
@@ -430,6 +444,7 @@ function walk_values(row, streams) {
 // "Attributes".
 function read_attributes({ fields, attributes, coders, main }, known, head, uses) {
   attributes.forEach((attribute, place) => {
+    if (head.attributes[place].is_delta) return;
     const { decoder } = attribute, entry = head.attributes[place], own = place === 0 ? known : new Map();
     const corners = [...own.keys()];
     const backward = attribute.by_creation && entry.backward;
@@ -454,6 +469,19 @@ function read_attributes({ fields, attributes, coders, main }, known, head, uses
     for (const list of ['creases', 'orientations', 'flips']) count_use(uses, list, attribute[list]?.flat().length ?? 0);
   });
   main.end();
+  read_deltas(fields, attributes, head, uses);
+}
+
+// "Deltas": in the table of attribute 0, which has the places of vertices.
+function read_deltas({ mesh, deltas, cuts_of }, attributes, head, uses) {
+  if (deltas.is_row.length === 0) return;
+  const [first] = attributes, table = attribute_table(mesh, cuts_of(first.decoder), true);
+  const place_of = (corner) => {
+    const value = first.values?.[first.table.vertex[corner]] ?? [];
+    return [0, 1, 2].map((k) => value[k] ?? 0);
+  };
+  const values = decode_deltas(head.deltas, deltas.is_row, table, place_of, deltas.coders, uses);
+  deltas.is_row.forEach((_, n) => Object.assign(attributes[head.deltas.models[n].attribute], { table, values: values[n] }));
 }
 
 // "Expanding": sets the Draco stream of every row whose stream is condensed. `decode` is a stock decoder, and

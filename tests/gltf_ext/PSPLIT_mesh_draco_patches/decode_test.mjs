@@ -203,6 +203,7 @@ change_bytes('residue.glb', 400);
 change_bytes('condensed.glb', 200);
 change_bytes('condensed-speed-0.glb', 100);
 change_bytes('condensed-borders.glb', 300);
+change_bytes('condensed-deltas.glb', 300);
 // The residue's flag must agree with the last stream: set if that is sequential.
 run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
 run('encode', '-q', '--patches', 1, '--always-patches', in_scratch('small.glb'), in_scratch('one.glb'));
