@@ -1,7 +1,8 @@
 // The interface of psplit for C, and for all languages that call C: it decodes meshes of
 // PSPLIT_mesh_draco_patches, of KHR_draco_mesh_compression and of .drc files into the caller's memory, and
 // encodes them. The library is `psplit`: psplit::c for CMake's find_package(psplit), `psplit` for pkg-config.
-// docs/c.md shows how to call it from Rust, C# and Go. C++ has interfaces of its own: psplit.hpp.
+// bindings/ has packages for Rust and C# over it, and docs/c.md shows how to call it from Go. C++ has
+// interfaces of its own: psplit.hpp.
 //
 //   psplit_error error;
 //   PSPLIT_INIT(error);

@@ -3,7 +3,8 @@ import datetime, email.utils, os, pathlib, re
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
 kChangelog = "contrib/debian/changelog"
-# Each pattern's group is the version, or its first two numbers where a file asks for these; or its groups are the numbers.
+# Each pattern's group is the version, or its first two numbers where a file asks for these; or its groups are the numbers. What
+# stands after a # tells several places of a file apart.
 kPlaces = {
     "CMakeLists.txt": r"^project\(psplit VERSION (\S+)",
     "include/psplit/version.h": r"_MAJOR (\d+)\n#define PSPLIT_VERSION_MINOR (\d+)\n#define PSPLIT_VERSION_PATCH (\d+)",
@@ -17,7 +18,15 @@ kPlaces = {
     ".github/actions/psplit-encode/action.yml": r"^    default: v(\S+)",
     "bindings/c/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
     "gltf_ext/examples/CMakeLists.txt": r"^ *find_package\(psplit (\S+)",
+    "bindings/rust/gltf-psplit-sys/Cargo.toml": r'^version = "([^"]+)"',
+    "bindings/rust/gltf-psplit/Cargo.toml": r'^version = "([^"]+)"',
+    "bindings/rust/gltf-psplit/Cargo.toml#its-dependency": r'^gltf-psplit-sys = \{ version = "=([^"]+)"',
+    "bindings/csharp/GltfPsplit.nuspec": r"<version>([^<]+)<",
 }
+
+
+def file_of(place):
+    return root / place.partition("#")[0]
 
 
 def said(match):
@@ -25,13 +34,13 @@ def said(match):
 
 
 def versions():
-    """{file: (version, where it stands)} as the files have it."""
+    """{place: (version, where it stands)} as the files have it."""
     found = {}
-    for file, pattern in kPlaces.items():
-        match = re.search(pattern, (root / file).read_text(), re.M)
+    for place, pattern in kPlaces.items():
+        match = re.search(pattern, file_of(place).read_text(), re.M)
         if not match:
-            raise ValueError(f"{file} has no version where it should have one")
-        found[file] = match
+            raise ValueError(f"{place} has no version where it should have one")
+        found[place] = match
     return found
 
 
@@ -42,7 +51,7 @@ def version():
 def disagreements():
     """The files that say another version than CMakeLists.txt."""
     right = version()
-    return [f"{file} says {said(match)}, CMakeLists.txt {right}" for file, match in versions().items()
+    return [f"{place} says {said(match)}, CMakeLists.txt {right}" for place, match in versions().items()
             if said(match) not in (right, right.rpartition(".")[0])]
 
 
@@ -57,14 +66,15 @@ def changelog_entry(new):
 def set_version(new):
     if not re.fullmatch(r"\d+\.\d+\.\d+", new):
         raise ValueError(f"{new} is no version such as 1.2.3")
-    for file, match in versions().items():
-        text = (root / file).read_text()
-        if file == kChangelog and match.group(1) != new:
+    for place, pattern in kPlaces.items():
+        text = file_of(place).read_text()
+        match = re.search(pattern, text, re.M)  # again, because an earlier place may be of the same file
+        if place == kChangelog and match.group(1) != new:
             # What it says of older versions stays.
-            (root / file).write_text(changelog_entry(new) + text)
+            file_of(place).write_text(changelog_entry(new) + text)
             continue
         numbers = new.split(".")[:said(match).count(".") + 1]
         words = [".".join(numbers)] if len(match.groups()) == 1 else numbers
         for i, word in reversed(list(enumerate(words, 1))):  # from the end, so that places before it stay
             text = text[:match.start(i)] + word + text[match.end(i):]
-        (root / file).write_text(text)
+        file_of(place).write_text(text)

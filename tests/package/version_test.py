@@ -12,17 +12,17 @@ if version.disagreements():
     sys.exit("\n".join(version.disagreements()))
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*version.kPlaces, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
+    for file in [*(place.partition("#")[0] for place in version.kPlaces), "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
         (copy / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source / file, copy / file)
     release = [sys.executable, copy / "scripts/release", "--version"]
     if subprocess.run([*release, "7.8"], capture_output=True).returncode == 0:
         sys.exit("7.8 is taken for a version")
     subprocess.run([*release, "7.8.9"], check=True, capture_output=True)
-    for file, pattern in version.kPlaces.items():
-        said = version.said(re.search(pattern, (copy / file).read_text(), re.M))
+    for place, pattern in version.kPlaces.items():
+        said = version.said(re.search(pattern, (copy / place.partition("#")[0]).read_text(), re.M))
         if said not in ("7.8.9", "7.8"):
-            sys.exit(f"{file} says {said} after scripts/release --version 7.8.9")
+            sys.exit(f"{place} says {said} after scripts/release --version 7.8.9")
     # Debian's changelog gets an entry, and keeps those that it has.
     old, changelog = ((folder / version.kChangelog).read_text() for folder in (source, copy))
     if not changelog.endswith("\n" + old) or changelog.count("\n -- ") != old.count("\n -- ") + 1:
@@ -33,4 +33,4 @@ with tempfile.TemporaryDirectory() as name:
     done = subprocess.run(release, capture_output=True, text=True)
     if done.returncode != 1 or "vcpkg.json says 7.8.8, CMakeLists.txt 7.8.9" not in done.stdout:
         sys.exit(f"scripts/release --version says {done.stdout!r}")
-print(f"{len(version.kPlaces)} files say {version.version()}")
+print(f"{len(version.kPlaces)} places say {version.version()}")
