@@ -39,11 +39,16 @@ endforeach()
 # need.
 file(RELATIVE_PATH prefix_of_pc /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 function(psplit_pkg_config component name requires text)
-  if(NOT component IN_LIST installed)
+  if(NOT component IN_LIST installed AND NOT (component STREQUAL "libdraco" AND TARGET psplit_draco_override))
     return()
   endif()
   string(REPLACE - _ library ${name})
-  if(NOT BUILD_SHARED_LIBS)
+  set(library -l${library})
+  if(component STREQUAL "libdraco" AND NOT APPLE)
+    # Programs name symbols of libdraco only. A linker with --as-needed, the default of Debian and others, would drop it.
+    set(library "-Wl,--push-state,--no-as-needed ${library} -Wl,--pop-state")
+  endif()
+  if(NOT BUILD_SHARED_LIBS OR component STREQUAL "libdraco")
     list(JOIN ARGN " " needs)
   elseif(NOT component STREQUAL "c") # whose header needs no definition
     set(definitions " -DPSPLIT_SHARED")
@@ -71,6 +76,7 @@ psplit_pkg_config(encoder psplit-encoder psplit-decoder "Encodes meshes as balan
 psplit_pkg_config(gltf psplit-gltf psplit-encoder "Encodes the meshes of glTF documents as balanced Draco patches"
                   ${meshoptimizer} ${XXHASH_LIBRARY} -lz)
 psplit_pkg_config(c psplit "" "Decodes and encodes meshes as balanced Draco patches, for C and other languages")
+psplit_pkg_config(libdraco psplit-draco "" "Takes the place of a shared libdraco's decoder" ${draco})
 
 configure_package_config_file(cmake/psplit-config.cmake.in ${PROJECT_BINARY_DIR}/psplit-config.cmake
                               INSTALL_DESTINATION ${package_folder})
@@ -106,4 +112,10 @@ if(PSPLIT_BUILD_TOOLS)
     endforeach()
     add_custom_target(psplit_completions ALL DEPENDS ${completions})
   endif()
+endif()
+
+# cmake --build FOLDER --target uninstall
+if(PROJECT_IS_TOP_LEVEL)
+  add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -D MANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt
+                                      -P ${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake VERBATIM)
 endif()

@@ -75,16 +75,36 @@ else()
 endif()
 message(STATUS "oneTBB: ${PSPLIT_HAS_TBB}")
 
-# CUDA 12 or newer, for decoder_cuda: AUTO uses a toolkit if one is installed, ON requires one, OFF does not look.
+# CUDA 12 or newer, for decoder_cuda: AUTO uses a toolkit if one is installed and this machine has a GPU, for which it
+# compiles; ON requires a toolkit, and compiles for all GPUs; OFF does not look. CMAKE_CUDA_ARCHITECTURES names others.
 set(PSPLIT_HAS_CUDA OFF)
+set(why ", because PSPLIT_CUDA is OFF; -DPSPLIT_CUDA=AUTO looks for a toolkit and a GPU")
 if(NOT PSPLIT_CUDA MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "PSPLIT_CUDA is ${PSPLIT_CUDA}; it takes AUTO, ON or OFF")
 endif()
 if(NOT PSPLIT_CUDA STREQUAL "OFF")
+  set(why ", because no CUDA toolkit 12 or newer was found")
   find_package(CUDAToolkit 12 QUIET)
+  # "8.9" and the like, a line for each GPU.
+  set(gpus)
+  if(CUDAToolkit_FOUND AND PSPLIT_CUDA STREQUAL "AUTO" AND NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
+    execute_process(COMMAND nvidia-smi --query-gpu=compute_cap --format=csv,noheader OUTPUT_VARIABLE gpus ERROR_QUIET
+                    RESULT_VARIABLE failed)
+    string(REGEX MATCHALL "[0-9]+[.][0-9]" gpus "${gpus}")
+    if(NOT failed EQUAL 0 OR NOT gpus)
+      set(CUDAToolkit_FOUND OFF)
+      set(why ", because this machine has a CUDA toolkit, but no GPU; -DPSPLIT_CUDA=ON compiles for all GPUs, which takes minutes for each kind")
+    endif()
+  endif()
   if(CUDAToolkit_FOUND AND CUDAToolkit_NVCC_EXECUTABLE)
+    set(why)
     if(NOT CMAKE_CUDA_COMPILER)
       set(CMAKE_CUDA_COMPILER ${CUDAToolkit_NVCC_EXECUTABLE})
+    endif()
+    if(gpus)
+      list(REMOVE_DUPLICATES gpus)
+      string(REPLACE "." "" CMAKE_CUDA_ARCHITECTURES "${gpus}")
+      list(TRANSFORM CMAKE_CUDA_ARCHITECTURES APPEND -real)
     endif()
     # Code for all architectures since Turing, and PTX for newer ones.
     if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
@@ -103,7 +123,7 @@ if(NOT PSPLIT_CUDA STREQUAL "OFF")
                         "-DCUDAToolkit_ROOT=FOLDER says where it is")
   endif()
 endif()
-message(STATUS "CUDA decoder: ${PSPLIT_HAS_CUDA}")
+message(STATUS "CUDA decoder: ${PSPLIT_HAS_CUDA}${why}")
 
 if(PSPLIT_BUILD_TOOLS)
   # CLI11: the command line of gltf-psplit.

@@ -158,7 +158,41 @@ def check_pkg_config(kind, prefix, folder, assets):
     run(options.compiler, "-std=c++20", "-o", folder / "decode_with_libdraco", source / "gltf_ext/examples/decode_with_libdraco.cpp",
         *flags.split(), "-l:libdraco.a", f"-Wl,-rpath,{library}")
     run(folder / "decode_with_libdraco", assets["drc"])
+    check_libdraco(variables, folder, assets)
     run_encoders(kind + ", pkg-config", folder, assets, folder)
+
+
+def check_libdraco(variables, folder, assets):
+    """A program that uses libdraco's own names, linked with psplit-draco's flags: psplit decodes for it."""
+    if subprocess.run(["pkg-config", "--exists", "psplit-draco"], env=variables).returncode != 0:
+        print("psplit was built without a shared libdraco: psplit-draco.pc is not tested")
+        return
+    program = folder / "by_libdraco.cpp"
+    program.write_text("""#include <draco/compression/decode.h>
+#include <fstream>
+#include <iterator>
+int main(int, char** argv) {
+  std::ifstream file(argv[1], std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  return decoder.DecodeMeshFromBuffer(&buffer).ok() ? 0 : 1;
+}
+""")
+    flags = run_with(variables, "pkg-config", "--cflags", "--libs", "psplit-draco").split()
+    library = run_with(variables, "pkg-config", "--variable=libdir", "psplit-draco").strip()
+    run(options.compiler, "-std=c++17", "-w", "-o", folder / "by_libdraco", program, "-Wl,--as-needed", *flags, f"-Wl,-rpath,{library}")
+    said = run_with(variables | {"PSPLIT_DRACO": "verbose"}, folder / "by_libdraco", assets["drc"])
+    expect("a program with psplit-draco", r"psplit_draco: .* psplit\n", said)
+
+
+def check_uninstall(build, prefix):
+    installed = [path for path in prefix.rglob("*") if not path.is_dir()]
+    run(options.cmake, "--build", build, "--target", "uninstall")
+    left = [path for path in prefix.rglob("*") if not path.is_dir() or path.name == "psplit"]
+    if left or len(installed) < 20:
+        sys.exit(f"{len(installed)} files are installed, and these stay: {left}")
 
 
 def check(kind, prefix, folder, assets):
@@ -261,6 +295,7 @@ def check_exports(prefix):
 def check_sources(folder, assets):
     """The same project with psplit's sources in it: FetchContent, and by it add_subdirectory."""
     make_project(folder / "project")
+    shutil.copy(source / "bindings/c/examples/decode_glb.c", folder / "project")
     project = folder / "project" / "CMakeLists.txt"
     # Nothing of the user's is changed, and nothing but the libraries is built.
     project.write_text(project.read_text() + """
@@ -270,7 +305,10 @@ foreach(name CMAKE_BUILD_TYPE BUILD_SHARED_LIBS CMAKE_CXX_STANDARD CMAKE_CXX_EXT
     message(FATAL_ERROR "psplit sets ${name} to ${${name}}")
   endif()
 endforeach()
-foreach(target gltf-psplit loader_tests)
+enable_language(C)
+add_executable(c_decode_glb EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/decode_glb.c)
+target_link_libraries(c_decode_glb PRIVATE psplit::c)
+foreach(target gltf-psplit loader_tests psplit_unity psplit_blender)
   if(TARGET ${target})
     message(FATAL_ERROR "psplit builds ${target}")
   endif()
@@ -285,6 +323,9 @@ endif()
         f"-DFETCHCONTENT_SOURCE_DIR_PSPLIT={source}", user_flags(folder))
     if "psplit_encoder" in run(options.cmake, "--build", build, "--target", "help"):
         sys.exit("psplit builds its encoder, which nobody asked for")
+    # The library for C is there for who links it.
+    run(options.cmake, "--build", build, "--target", "c_decode_glb")
+    expect("decode_glb", r"^2\d{4} triangles, \d+ points: POSITION from \(", run(build / "c_decode_glb", assets["patches"]))
     run(options.cmake, "--build", build, "--target", "decode_draco", "decode_with_libdraco", "print_model", "one_patch", "load_to_gpu")
     run_examples("sources", build, assets)
     # The encoder comes if the project asks for it, also without libdraco, which the other builds link.
@@ -326,5 +367,6 @@ for shared in ("OFF", "ON"):
     else:
         check_headers(folder / kind)
         check_reasons(folder / kind, folder / "reasons")
+    check_uninstall(build, folder / kind)
 check_sources(folder / "sources", assets)
 shutil.rmtree(folder)
