@@ -15,6 +15,7 @@
 #include "encoder/encode_streams.h"
 #include "encoder/shared_codings.h"
 #include "encoder/welding/reduce.h"
+#include "src/catch_exceptions.h"
 #include "src/mesh/number_of.h"
 
 namespace psplit {
@@ -166,29 +167,38 @@ Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOpt
     const DistinctBytes distinct(source);
     return encode_mesh(source.mesh, source.codings, streams, threads, distinct.bytes, distinct.stride);
   };
-  Expected<EncodedMesh> encoded = cancelled();  // unless the work ends
+  // The caller's callback and executor may throw.
+  Expected<EncodedMesh> encoded = catch_exceptions([&]() -> Expected<EncodedMesh> {
 #ifdef __cpp_exceptions
-  // When the caller stops the work, all tasks that are left are left out. Stages divide their work into many
-  // tasks, so none of them has to ask. Without exceptions only encode_streams asks, before each patch.
-  const ThreadPool asking(pool.thread_count(), [&](size_t count, const std::function<void(size_t)>& body) {
-    pool.for_each(count, [&](size_t i) {
-      if (watch.stopped()) throw Stopped();
-      body(i);
+    // When the caller stops the work, all tasks that are left are left out. Stages divide their work into many
+    // tasks, so none of them has to ask. Without exceptions only encode_streams asks, before each patch.
+    const ThreadPool asking(pool.thread_count(), [&](size_t count, const std::function<void(size_t)>& body) {
+      pool.for_each(count, [&](size_t i) {
+        if (watch.stopped()) throw Stopped();
+        body(i);
+      });
     });
-  });
-  try {
-    encoded = encode_on(watch.stop != nullptr ? asking : pool);
-  } catch (const Stopped&) {
-  }
+    try {
+      return encode_on(watch.stop != nullptr ? asking : pool);
+    } catch (const Stopped&) {
+      return cancelled();
+    }
 #else
-  encoded = encode_on(pool);
+    return encode_on(pool);
 #endif
+  });
   if (freed != nullptr) free_arrays(*freed);
   if (!encoded) return encoded;
   encoded->codings = source.codings;
   encoded->notes = source.notes;
   // Faces that are dropped, or in no patch, count as done.
-  if (watch.progress && done < face_count) watch.progress(face_count, face_count);
+  if (watch.progress && done < face_count)
+    if (Status status = catch_exceptions([&]() -> Status {
+          watch.progress(face_count, face_count);
+          return {};
+        });
+        !status.ok())
+      return status;
   return encoded;
 }
 
@@ -271,10 +281,10 @@ Expected<Mesh> mesh_of(const MeshView& view) {
   return mesh;
 }
 
-Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options, const ThreadPool& pool,
-            Span<const KeptMesh> kept, size_t* failed) {
-  size_t at = 0;
-  size_t& mesh_of_error = failed == nullptr ? at : *failed;
+namespace {
+
+Status plan_all(Span<MeshToEncode* const> meshes, const EncodeOptions& options, const ThreadPool& pool,
+                Span<const KeptMesh> kept, size_t& mesh_of_error) {
   mesh_of_error = 0;
   if (Status status = check_options(options); !status.ok()) return status;
   const EncodeOptions coding = options.with_first_bits();
@@ -303,6 +313,15 @@ Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options, cons
   }
   choose_target_codings(meshes, coding);
   return {};
+}
+
+}  // namespace
+
+Status plan(Span<MeshToEncode* const> meshes, const EncodeOptions& options, const ThreadPool& pool,
+            Span<const KeptMesh> kept, size_t* failed) {
+  size_t at = 0;
+  return catch_exceptions(
+      [&] { return plan_all(meshes, options, pool, kept, failed == nullptr ? at : *failed); });
 }
 
 Expected<EncodedMesh> encode(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool,

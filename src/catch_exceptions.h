@@ -12,6 +12,7 @@ namespace psplit {
 // What `body` returns, a Status or an Expected; or the error that it threw. Takes no memory for kOutOfMemory.
 template <typename Body>
 auto catch_exceptions(Body&& body) -> decltype(body()) {
+#ifdef __cpp_exceptions
   try {
     return body();
   } catch (const std::bad_alloc&) {
@@ -23,6 +24,9 @@ auto catch_exceptions(Body&& body) -> decltype(body()) {
   } catch (...) {
     return runtime_failure("an unknown exception");
   }
+#else
+  return body();
+#endif
 }
 
 }  // namespace psplit

@@ -81,7 +81,8 @@ Span(T*, size_t) -> Span<T>;
 
 // ---- Errors ----
 
-// All host code of psplit returns them; no exceptions cross its API.
+// All host code of psplit returns them. What loads and what encodes returns also what the caller's callbacks
+// and executors throw: kRuntimeFailure with its text, kOutOfMemory for std::bad_alloc.
 enum class StatusCode : uint8_t {
   kOk,
   kUsage,           // the caller's arguments are wrong
@@ -159,6 +160,10 @@ class [[nodiscard]] Expected {
 
   bool ok() const { return std::holds_alternative<T>(content_); }
   explicit operator bool() const { return ok(); }
+  // The value, or null after an error. Nothing here throws; value(), * and -> throw std::bad_variant_access
+  // after an error, which callers check first.
+  T* value_if() noexcept { return std::get_if<T>(&content_); }
+  const T* value_if() const noexcept { return std::get_if<T>(&content_); }
   T& value() { return std::get<T>(content_); }
   const T& value() const { return std::get<T>(content_); }
   T& operator*() { return value(); }

@@ -12,7 +12,8 @@ namespace psplit {
 
 // Runs body(i) for each i in [0, count) on any threads, roughly in order, and returns when all are done. A body
 // may call it again, and it may be called by several threads at once. If a body throws, it throws that when no
-// body runs any more.
+// body runs any more. A pool counts the bodies: if one was dropped, or runs still, for_each throws
+// std::logic_error, which is an error of loading or encoding. What still runs then uses memory that is gone.
 using RunTasks = std::function<void(size_t count, const std::function<void(size_t)>& body)>;
 
 // A pool of a fixed number of threads, which includes the calling thread. Thread-safe.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <stdexcept>
 
 #include "encoder/coding/quantization.h"
 #include "encoder/fields/expand_container.h"
@@ -384,6 +385,22 @@ TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
   patch_of_face.pop_back();
   options.patch_of_face = patch_of_face;
   EXPECT_EQ(encode_mesh(mesh, codings, options, pool).status().code(), StatusCode::kUsage);
+}
+
+TEST(EncodeMesh, ReportsWhatTheCallersExecutorAndCallbackDo) {
+  const Mesh& mesh = procedural_meshes().front().mesh;
+  const ThreadPool dropping(4, [](size_t count, const std::function<void(size_t)>& body) {
+    for (size_t i = 0; i + 1 < count; ++i) body(i);
+  });
+  EncodeOptions options;
+  options.patches.count = 3;
+  const Status dropped = encode(mesh, options, dropping).status();
+  EXPECT_EQ(dropped.code(), StatusCode::kRuntimeFailure);
+  EXPECT_NE(dropped.message().find("the executor ran"), std::string::npos) << dropped.message();
+  const ThreadPool pool(2);
+  const auto throws = [](size_t, size_t) { throw std::runtime_error("a callback"); };
+  EXPECT_EQ(encode(mesh, options, pool, {.progress = throws}).status().message(), "a callback");
+  EXPECT_TRUE(encode(mesh, options, pool).ok());
 }
 
 }  // namespace

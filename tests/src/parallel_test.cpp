@@ -135,6 +135,21 @@ TEST(ThreadPool, ThrowsThroughNesting) {
                std::runtime_error);
 }
 
+// Without the count, values that nobody wrote would be taken for results.
+TEST(ThreadPool, NoticesTasksThatTheCallersExecutorDrops) {
+  const ThreadPool dropping(4, [](size_t count, const std::function<void(size_t)>& body) {
+    for (size_t i = 0; i + 1 < count; ++i) body(i);
+  });
+  int runs = 0;
+  try {
+    dropping.for_each(7, [&](size_t) { ++runs; });
+    FAIL() << "nothing was thrown";
+  } catch (const std::logic_error& error) {
+    EXPECT_STREQ(error.what(), "the executor ran 6 of 7 tasks");
+  }
+  EXPECT_EQ(runs, 6);
+}
+
 // An engine's jobs in place of threads.
 TEST(ThreadPool, GivesTasksToTheCallersExecutor) {
   std::vector<size_t> calls;
@@ -154,9 +169,14 @@ TEST(ThreadPool, GivesTasksToTheCallersExecutor) {
 // So that it may leave tasks out where there is one thread too.
 TEST(ThreadPool, GivesTasksToAnExecutorOfOneThread) {
   std::vector<size_t> calls;
-  const ThreadPool pool(1, [&](size_t count, const std::function<void(size_t)>&) { calls.push_back(count); });
-  pool.for_each(3, [](size_t) { FAIL() << "the executor did not call it"; });
+  const ThreadPool pool(1, [&](size_t count, const std::function<void(size_t)>& body) {
+    calls.push_back(count);
+    for (size_t i = 0; i < count; ++i) body(i);
+  });
+  int runs = 0;
+  pool.for_each(3, [&](size_t) { ++runs; });
   EXPECT_EQ(calls, (std::vector<size_t>{3}));
+  EXPECT_EQ(runs, 3);
 }
 
 TEST(ThreadPool, EndsWithoutUse) {
