@@ -315,6 +315,11 @@ Expected<StreamDescription> describe_draco_stream(Span<const uint8_t> stream) {
 
 std::string draco_version() { return draco::kDracoVersion; }
 
+const OlderStreams* older_streams() {
+  static constexpr OlderStreams kOlder{describe_draco_stream, decode_draco_stream};
+  return &kOlder;
+}
+
 DecodeBackend draco_backend() { return {"draco", decode_into}; }
 
 }  // namespace psplit

@@ -17,6 +17,7 @@ std::vector<Status> decode_nothing(Span<const DecodeTask> tasks, const BuffersFo
 
 DecodeBackend draco_backend() { return {"draco", decode_nothing}; }
 std::string draco_version() { return ""; }
+const OlderStreams* older_streams() { return nullptr; }
 Expected<Mesh> decode_draco_stream(Span<const uint8_t>, Span<const AttributeRequest>) {
   return unsupported(kNoDraco);
 }

@@ -88,13 +88,14 @@ Expected<Key> key_of(const tinygltf::Primitive& primitive, Compression compressi
   return key;
 }
 
-Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& key) {
+Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& key, const OlderStreams* older) {
   const auto& [view, attributes, accessors, indices, compression, is_list] = key;
   const Expected<std::span<const uint8_t>> bytes = view_bytes(model, static_cast<int>(view));
   if (!bytes) return bytes.status();
   PrimitiveSource source;
   source.bytes = *bytes;
   source.compression = compression;
+  source.older = older;
   for (size_t k = 0; k < attributes.size(); ++k) {
     const auto& [semantic, unique_id] = attributes[k];
     const tinygltf::Accessor* accessor = element(model.accessors, accessors[k]);
@@ -157,7 +158,7 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
       if (!key) return key.status().at(at.place());
       const auto [found, is_new] = known.try_emplace(std::move(*key), geometries.size());
       if (is_new) {
-        Expected<ModelGeometry> geometry = open_geometry(model, found->first);
+        Expected<ModelGeometry> geometry = open_geometry(model, found->first, options.older);
         if (!geometry) return geometry.status().at(at.place());
         geometries.push_back(std::move(*geometry));
       }

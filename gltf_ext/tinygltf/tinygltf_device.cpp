@@ -13,7 +13,9 @@ uint64_t rounded(uint64_t bytes) { return (bytes + kAlignment - 1) / kAlignment 
 
 Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const ModelOptions& options,
                                              CUstream_st* stream) {
-  const Expected<std::vector<ModelGeometry>> geometries = find_geometries(model, options);
+  ModelOptions on_device = options;
+  on_device.older = nullptr;
+  const Expected<std::vector<ModelGeometry>> geometries = find_geometries(model, on_device);
   if (!geometries) return geometries.status();
   if (options.stop != nullptr && *options.stop) return cancelled();
   Expected<CudaDecoder> decoder = CudaDecoder::create(stream);

@@ -197,6 +197,14 @@ struct StreamDescription {
   }
 };
 
+// What decodes Draco meshes of bitstreams before 2.2, which psplit itself refuses: libdraco (older_streams of
+// encode.h). Both functions take any bytes, and are thread-safe. Errors: kInvalidInput. Streams before 1.3 have
+// no unique ids: their attributes get their places as ids.
+struct OlderStreams {
+  Expected<StreamDescription> (*describe)(Span<const uint8_t> stream) = nullptr;
+  Expected<Mesh> (*decode)(Span<const uint8_t> stream, Span<const AttributeRequest> requests) = nullptr;
+};
+
 // What describes a stream: describe_stream, libdraco, or one after the other.
 using DescribeStream = std::function<Expected<StreamDescription>(Span<const uint8_t> stream)>;
 

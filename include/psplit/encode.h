@@ -312,6 +312,9 @@ PSPLIT_EXPORT Expected<EncodedMesh> encode(Mesh mesh, const EncodeOptions& optio
 // reports progress in tasks. Thread-safe.
 PSPLIT_EXPORT DecodeBackend draco_backend();
 
+// For loaders (loader.h, tinygltf.h): what decodes bitstreams before 2.2. Null in a build without libdraco.
+PSPLIT_EXPORT const OlderStreams* older_streams();
+
 // The version of the libdraco that this was built with; empty if there is none.
 PSPLIT_EXPORT std::string draco_version();
 inline bool has_draco() { return !draco_version().empty(); }

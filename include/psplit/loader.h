@@ -59,10 +59,17 @@ struct PrimitiveSource {
   Span<const uint8_t> bytes;  // of the extension's buffer view
   // Those of the extension's `attributes` that are wanted, with their ids. Types come from the accessors.
   std::vector<AttributeRequest> attributes{};
-  // The accessors' `count`; 0: not known. `open` compares them with the bytes. Without point_count, it decodes
-  // the faces of an Edgebreaker stream to count its points.
+  // The accessors' `count`; 0: not known. `open` compares them with the bytes, but for the point_count of an
+  // Edgebreaker stream of kDraco, which says only how many points it has at most: decoding compares it, and
+  // nothing is written if it is wrong. Without point_count, `open` decodes the faces of such a stream to count
+  // its points.
   uint64_t point_count = 0, index_count = 0;
   Compression compression = Compression::kPatches;
+  // What decodes streams of kDraco before bitstream 2.2, whatever the backend: older_streams() of
+  // psplit::encoder, if that was built with libdraco. Null: they are kUnsupported. `open` decodes such a
+  // stream, to count its points. Its memory has no limit, and its progress is not reported. Must stay as long
+  // as a copy of the primitive.
+  const OlderStreams* older = nullptr;
 };
 
 // The largest number of bytes that `stored_bytes` justify for the indices and values of all primitives of a
@@ -74,7 +81,8 @@ struct LoadOptions {
   // Null: a pool for this call, with a thread for each processor. Callers of many calls keep one.
   const ThreadPool* pool = nullptr;
   // Called from any thread, also from several at once, with the number of finished steps and their total. Steps
-  // are patches on the CPU, and primitives with other backends.
+  // are patches on the CPU, and primitives with other backends. What it throws is the error of all primitives
+  // of the call.
   Progress progress{};
   // Decoding ends with kCancelled when it becomes true: on the CPU before the next patch of each thread, with
   // libdraco before the next primitive, with CUDA before the next batch. May be null.
@@ -119,6 +127,9 @@ class PSPLIT_EXPORT CompressedPrimitive {
   // A box for each patch that has all its positions, if the container has them; otherwise none. Errors:
   // kInvalidInput for boxes that are broken. Decoding does not read them.
   Expected<std::vector<PatchBox>> patch_boxes() const;
+
+  // What decodes it in place of a backend, because its bitstream is older than 2.2; otherwise null.
+  const OlderStreams* older() const;
 
   // The opened bytes for decoders: CudaPrimitive (cuda.h) and DecodeTask point to them.
   // Lives as long as a copy of this object.

@@ -48,6 +48,8 @@ struct ModelOptions : LoadOptions {
   // The extensions that the caller knows. If it is set, any other in extensionsRequired is kUnsupported, except
   // the two of this plugin.
   std::optional<std::vector<std::string>> known_extensions{};
+  // See PrimitiveSource. Not for devices.
+  const OlderStreams* older = nullptr;
 };
 
 // Decodes all primitives that have one of the two extensions, in one batch on all threads, and makes the model

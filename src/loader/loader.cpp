@@ -3,16 +3,19 @@
 #include <string>
 
 #include "psplit/decode.h"
+#include "src/catch_exceptions.h"
 #include "src/container/claims.h"
 #include "src/container/patch_boxes.h"
 #include "src/container/patch_container.h"
 #include "src/loader/check_buffers.h"
+#include "src/loader/older_streams.h"
 
 namespace psplit {
 
 struct CompressedPrimitive::State {
   std::shared_ptr<const PatchContainer> container;
   std::vector<AttributeRequest> attributes;
+  const OlderStreams* older = nullptr;  // decodes the stream if the container refuses it
 };
 
 namespace {
@@ -55,7 +58,13 @@ Expected<PrimitiveBuffers> check_buffers(std::span<const AttributeRequest> attri
 // Decoding compares it with the stream's.
 Expected<PatchContainer> open_draco(const PrimitiveSource& source) {
   PatchContainer container = open_stream(source.bytes);
-  if (!container.refusal.ok()) return container.refusal;
+  if (!container.refusal.ok()) {
+    const Expected<StreamDescription> described = describe_older(source.older, source.bytes, container.refusal);
+    if (!described) return described.status();
+    container.entries[0].face_count = container.face_base[1] = described->face_count;
+    container.expect_points(described->point_count);
+    return container;
+  }
   if (!container.is_point_count_known) {
     uint64_t points = source.point_count;
     if (points == 0) {
@@ -84,8 +93,12 @@ std::vector<Status> run(std::span<const DecodeTask> tasks, std::span<const Primi
   };
   const Watch watch{options.progress, options.stop};
   if (watch.stopped()) return std::vector<Status>(tasks.size(), cancelled());
-  if (options.pool != nullptr) return backend.decode_into(tasks, buffers_for, *options.pool, watch);
-  return backend.decode_into(tasks, buffers_for, ThreadPool(), watch);
+  // The caller's callback and executor may throw.
+  Expected<std::vector<Status>> statuses = catch_exceptions([&]() -> Expected<std::vector<Status>> {
+    if (options.pool != nullptr) return backend.decode_into(tasks, buffers_for, *options.pool, watch);
+    return backend.decode_into(tasks, buffers_for, ThreadPool(), watch);
+  });
+  return statuses ? std::move(*statuses) : std::vector<Status>(tasks.size(), statuses.status());
 }
 
 }  // namespace
@@ -102,8 +115,9 @@ Expected<CompressedPrimitive> CompressedPrimitive::open(PrimitiveSource source) 
                                     source.bytes.size());
       !status.ok())
     return status;
-  return CompressedPrimitive(std::make_shared<const State>(
-      State{std::make_shared<const PatchContainer>(std::move(*container)), std::move(source.attributes)}));
+  return CompressedPrimitive(
+      std::make_shared<const State>(State{std::make_shared<const PatchContainer>(std::move(*container)),
+                                          std::move(source.attributes), source.older}));
 }
 
 Expected<CompressedPrimitive> CompressedPrimitive::with_attributes(
@@ -111,7 +125,8 @@ Expected<CompressedPrimitive> CompressedPrimitive::with_attributes(
   if (Status status = check_attributes(attributes); !status.ok()) return status;
   if (Status status = check_results(point_count(), face_count(), attributes, bytes().size()); !status.ok())
     return status;
-  return CompressedPrimitive(std::make_shared<const State>(State{state_->container, std::move(attributes)}));
+  return CompressedPrimitive(
+      std::make_shared<const State>(State{state_->container, std::move(attributes), state_->older}));
 }
 
 const PatchContainer& CompressedPrimitive::container() const { return *state_->container; }
@@ -144,6 +159,10 @@ Expected<std::vector<PatchBox>> CompressedPrimitive::patch_boxes() const {
   return psplit::patch_boxes(container());
 }
 
+const OlderStreams* CompressedPrimitive::older() const {
+  return container().is_stock && !container().refusal.ok() ? state_->older : nullptr;
+}
+
 Status CompressedPrimitive::decode(const PrimitiveBuffers& out, const LoadOptions& options) const {
   const PrimitiveLoad load{*this, out};
   return std::move(decode_primitives({&load, 1}, options).front());
@@ -152,6 +171,7 @@ Status CompressedPrimitive::decode(const PrimitiveBuffers& out, const LoadOption
 Status CompressedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& out,
                                          const LoadOptions& options) const {
   if (number >= patch_count()) return wrong_usage("there is no patch " + std::to_string(number));
+  if (older() != nullptr) return decode(out, options);
   const PatchContainer alone = container().alone(number);
   const Expected<PrimitiveBuffers> buffers =
       check_buffers(attributes(), out, alone.point_count(), alone.face_count());
@@ -171,6 +191,13 @@ std::vector<Status> decode_primitives(Span<const PrimitiveLoad> loads, const Loa
         check_buffers(primitive.attributes(), loads[i].out, primitive.point_count(), primitive.face_count());
     statuses[i] = checked.status();
     if (!checked) continue;
+    if (const OlderStreams* const older = primitive.older()) {
+      const bool is_stopped = options.stop != nullptr && *options.stop;
+      statuses[i] = is_stopped ? cancelled()
+                               : decode_older(*older, primitive.bytes(), primitive.attributes(),
+                                              primitive.point_count(), primitive.face_count(), *checked);
+      continue;
+    }
     tasks.push_back({&primitive.container(), primitive.attributes()});
     buffers.push_back(std::move(*checked));
     places.push_back(i);

@@ -60,11 +60,25 @@ def test_corpus(reference, corpus):
         try:
             mesh = psplit.decode(path)
         except psplit.UnsupportedError as error:
-            assert "bitstream" in str(error)  # before 2.2
+            assert "bitstream" in str(error)  # a point cloud
             continue
         expect_libdraco(reference, mesh, path.read_bytes())
         decoded += 1
     assert decoded > 3
+
+
+def test_older_bitstreams():
+    """A sequential mesh of bitstream 2.1, which libdraco decodes where it is built in."""
+    positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.5]], np.float32)
+    stream = b"DRACO" + bytes([2, 1, 1, 0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0, 1, 0, 1, 2, 1, 1, 0, 9, 3, 0, 5, 0]) + positions.tobytes()
+    mesh = psplit.decode(stream)
+    assert np.array_equal(mesh.points, positions) and mesh.faces.tolist() == [[0, 1, 2]] and mesh.coding == "sequential"
+    assert mesh.attributes["POSITION"].unique_id == 5 and len(psplit.decode_many([stream])[0].faces) == 1
+    faces, points = np.zeros((1, 3), np.uint32), np.zeros((3, 3), np.float32)
+    given = psplit.decode(stream, out={"faces": faces, "POSITION": points})
+    assert given.points is points and np.array_equal(points, positions) and faces.tolist() == [[0, 1, 2]]
+    with pytest.raises(psplit.InvalidInputError):
+        psplit.decode(stream[:-1])
 
 
 def test_description_of_attributes(stream):
@@ -257,10 +271,10 @@ def test_what_is_no_draco(data):
         psplit.decode(data)
 
 
-def test_old_bitstreams_are_unsupported(stream):
+def test_newer_bitstreams_are_unsupported(stream):
     data = bytearray(stream)
-    data[6] = 1  # 2.1
-    with pytest.raises(psplit.UnsupportedError, match="2.1") as error:
+    data[5] = 3  # 3.2
+    with pytest.raises(psplit.UnsupportedError, match="3.2") as error:
         psplit.decode(data)
     assert error.value.code == "unsupported" and error.value.patch is None
     assert isinstance(error.value, psplit.Error) and isinstance(error.value, ValueError)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <numeric>
 #include <tuple>
 #include <vector>
@@ -12,6 +13,11 @@
 #include "bindings/python/native/pools.h"
 #include "psplit/decode.h"
 #include "psplit/loader.h"
+#include "src/container/stored_type.h"
+#include "src/loader/older_streams.h"
+#ifdef PSPLIT_PYTHON_ENCODES
+#include "psplit/encode.h"
+#endif
 
 namespace psplit::python {
 namespace {
@@ -91,6 +97,54 @@ Expected<GeometryPlaces> places_for(const StreamDescription& description, std::s
   return places;
 }
 
+const OlderStreams* built_in_older_streams() {
+#ifdef PSPLIT_PYTHON_ENCODES
+  return older_streams();
+#else
+  return nullptr;
+#endif
+}
+
+// A mesh of a bitstream before 2.2, which libdraco decodes where it is built in. Its values have types of glTF,
+// and it has no metadata.
+Expected<DecodedStream> decode_older_stream(std::span<const uint8_t> stream, const Status& refusal,
+                                            OutArrays& out) {
+  const OlderStreams* const older = built_in_older_streams();
+  const Expected<StreamDescription> description = describe_older(older, stream, refusal);
+  if (!description) return description.status();
+  const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(description->attributes);
+  if (!requests) return requests.status();
+  Expected<Mesh> mesh = older->decode(stream, *requests);
+  if (!mesh) return mesh.status();
+  DecodedStream decoded;
+  DracoGeometry& geometry = decoded.geometry;
+  geometry.coding = description->coding;
+  geometry.point_count = mesh->point_count;
+  const Expected<std::byte*> faces = out.take("faces", {}, "u4", mesh->faces.size(), 3);
+  if (!faces) return faces.status();
+  if (*faces == nullptr)
+    geometry.faces = std::move(mesh->faces);
+  else
+    std::memcpy(*faces, mesh->faces.data(), mesh->faces.size() * sizeof(mesh->faces[0]));
+  const std::vector<std::string> names = names_of(description->attributes);
+  for (size_t i = 0; i < names.size(); ++i) {
+    Attribute& values = mesh->attributes[i];
+    GeometryAttribute attribute{description->attributes[i], {}};
+    attribute.description.type = stored_type(values.component_type);
+    const Expected<std::byte*> given =
+        out.take(names[i], attribute.description.unique_id, type_code(attribute.type()), mesh->point_count,
+                 attribute.component_count());
+    if (!given) return given.status();
+    if (*given == nullptr)
+      attribute.values = std::move(values.values);
+    else
+      std::memcpy(*given, values.values.data(), values.values.size());
+    geometry.attributes.push_back(std::move(attribute));
+  }
+  if (Status all = out.all_taken(); !all.ok()) return all;
+  return decoded;
+}
+
 // Decodes to the caller's arrays where there are some.
 Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool integers, OutArrays& out) {
   DecodedStream decoded;
@@ -98,6 +152,7 @@ Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool inte
       decode_geometry(stream, [&](const StreamDescription& description, std::span<const StoredValues> stored) {
         return places_for(description, stored, integers, stream.size(), out, decoded.geometry);
       });
+  if (status.code() == StatusCode::kUnsupported) return decode_older_stream(stream, status, out);
   if (!status.ok()) return status;
   Expected<StreamMetadata> metadata = read_metadata(stream);
   if (!metadata) return metadata.status();
@@ -234,6 +289,7 @@ py::tuple decode_primitive(const py::object& data, const std::vector<Requested>&
   OutArrays out(out_dict);
   PrimitiveSource source{
       held.bytes(), {}, point_count, index_count, is_stock ? Compression::kDraco : Compression::kPatches};
+  source.older = built_in_older_streams();
   for (const Requested& attribute : requested) source.attributes.push_back(request_of(attribute));
   Mesh mesh;
   const Status status = with_pool(thread_count, [&](const ThreadPool& pool) -> Status {

@@ -36,7 +36,7 @@ def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
 
     Raises:
         InvalidInputError: the data are malformed.
-        UnsupportedError: a Draco bitstream before 2.2, and others that psplit does not decode.
+        UnsupportedError: a Draco bitstream before 2.2 without libdraco, and others that psplit does not decode.
         Error: arrays in `out` that do not fit (code "usage"); a container, which `decode_container` decodes; an asset
             that has not one primitive, which `load` reads.
         TypeError: `data` is neither bytes-like nor a path.

@@ -34,7 +34,7 @@ class InvalidInputError(Error):
 
 
 class UnsupportedError(Error):
-    """Valid data that psplit does not support, such as Draco bitstreams before 2.2."""
+    """Valid data that psplit does not support, such as Draco bitstreams before 2.2 without libdraco."""
 
     code = "unsupported"
 

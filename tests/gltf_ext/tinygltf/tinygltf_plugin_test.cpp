@@ -5,6 +5,7 @@
 #include "psplit/tinygltf.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/corpus_folder.h"
+#include "tests/support/older_stream.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_folder.h"
 
@@ -576,12 +577,42 @@ TEST_F(TinyGltfPlugin, SaysWhatIsWrongWithStockDraco) {
   EXPECT_EQ(
       refused([&](Model& model) { model.buffers[0].data[model.bufferViews[view].byteOffset + 6] = 1; }),
       "mesh 0, primitive 0: Draco stream: of bitstream 2.1, which is older than 2.2, the only one that is "
-      "decoded");
+      "decoded; a build with the encoder and libdraco decodes older ones");
   EXPECT_NE(refused([&](Model& model) { model.bufferViews[view].byteLength -= 5; }), "");
   EXPECT_EQ(refused([&](Model& model) {
               model.accessors[static_cast<size_t>(model.meshes[0].primitives[0].indices)].count += 3;
             }),
             "mesh 0, primitive 0: the accessors have 489 indices, the stream has 486");
+}
+
+TEST_F(TinyGltfPlugin, LibdracoDecodesOlderBitstreams) {
+  tinygltf::Model model = parsed(write(stock(make_grid(9, 9))));
+  tinygltf::Primitive& primitive = model.meshes[0].primitives[0];
+  const auto view = static_cast<size_t>(primitive.extensions.at(kStock).Get("bufferView").GetNumberAsInt());
+  const std::vector<uint8_t> stream = older_stream();
+  tinygltf::BufferView& bytes = model.bufferViews[view];
+  ASSERT_GE(bytes.byteLength, stream.size());
+  bytes.byteLength = stream.size();
+  std::copy(stream.begin(), stream.end(),
+            model.buffers[0].data.begin() + static_cast<std::ptrdiff_t>(bytes.byteOffset));
+  using Object = tinygltf::Value::Object;
+  primitive.extensions[kStock] =
+      tinygltf::Value(Object{{"bufferView", tinygltf::Value(static_cast<int>(view))},
+                             {"attributes", tinygltf::Value(Object{{"POSITION", tinygltf::Value(5)}})}});
+  const int position = primitive.attributes.at("POSITION");
+  primitive.attributes = {{"POSITION", position}};
+  model.accessors[static_cast<size_t>(position)].count = 4;
+  model.accessors[static_cast<size_t>(primitive.indices)].count = 6;
+  EXPECT_EQ(decode_model(model).code(), StatusCode::kUnsupported);
+  ModelOptions options;
+  options.older = older_streams();
+  must(decode_model(model, options));
+  const tinygltf::Accessor& accessor = model.accessors[static_cast<size_t>(position)];
+  const tinygltf::BufferView& values = model.bufferViews[static_cast<size_t>(accessor.bufferView)];
+  float last = 0;
+  std::memcpy(&last, model.buffers[static_cast<size_t>(values.buffer)].data.data() + values.byteOffset + 44,
+              sizeof(last));
+  EXPECT_EQ(last, 0.5F);
 }
 
 // Calls visit(path) with each glTF file of the corpus that has at most `most_bytes`. visit returns the number

@@ -1,5 +1,7 @@
 // Stock Draco streams by the loader, against libdraco.
 
+#include <atomic>
+
 #include "encoder/libdraco/draco_backend.h"
 #include "psplit/decode.h"
 #include "psplit/encode.h"
@@ -7,6 +9,7 @@
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mutants.h"
+#include "tests/support/older_stream.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/same_bits.h"
 
@@ -167,12 +170,51 @@ TEST(LoaderOfDracoStreams, SaysThatOlderBitstreamsAreOlder) {
   sample.bytes[5] = 1;  // 1.2
   const Status older = CompressedPrimitive::open(sample.exact_source()).status();
   EXPECT_EQ(older.code(), StatusCode::kUnsupported);
-  EXPECT_EQ(older.message(),
-            "Draco stream: of bitstream 1.2, which is older than 2.2, the only one that is decoded");
+  EXPECT_EQ(
+      older.message(),
+      "Draco stream: of bitstream 1.2, which is older than 2.2, the only one that is decoded; a build with "
+      "the encoder and libdraco decodes older ones");
   sample.bytes[5] = 3;
   const Status newer = decode_draco(sample.bytes).status();
   EXPECT_EQ(newer.code(), StatusCode::kUnsupported);
   EXPECT_TRUE(contains(newer.message(), "bitstream 3.2, which is newer"));
+}
+
+TEST(LoaderOfDracoStreams, LibdracoDecodesOlderBitstreams) {
+  const std::vector<uint8_t> stream = older_stream();
+  PrimitiveSource source{
+      stream,
+      {{"_ID", 7, ComponentType::kUint16, 1, false}, {"POSITION", 5, ComponentType::kFloat32, 3, false}},
+      0,
+      0,
+      Compression::kDraco};
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kUnsupported);
+  source.older = older_streams();
+  ASSERT_NE(source.older, nullptr);
+  const CompressedPrimitive primitive = must(CompressedPrimitive::open(source));
+  EXPECT_EQ(primitive.older(), source.older);
+  ASSERT_EQ(primitive.point_count(), 4u);
+  ASSERT_EQ(primitive.face_count(), 2u);
+  EXPECT_EQ(primitive.patch(0).face_count, 2u);
+  for (const bool is_patch : {false, true}) {
+    Buffers buffers(source.attributes, 4, 2, 2, 3);
+    must(is_patch ? primitive.decode_patch(0, buffers.out) : primitive.decode(buffers.out));
+    const Mesh mesh = buffers.mesh(source.attributes, 4);
+    EXPECT_EQ(mesh.faces[1], (std::array<uint32_t, 3>{2, 1, 3}));
+    EXPECT_EQ(std::to_integer<int>(mesh.attributes[0].values[0]), 9);
+  }
+  std::atomic<bool> stop{true};
+  Buffers buffers(source.attributes, 4, 2);
+  LoadOptions options;
+  options.stop = &stop;
+  EXPECT_EQ(primitive.decode(buffers.out, options).code(), StatusCode::kCancelled);
+  source.point_count = 5;
+  EXPECT_EQ(CompressedPrimitive::open(source).status().message(),
+            "the accessors have 5 points, the stream has 4");
+  source.point_count = 4;
+  source.attributes[0].unique_id = 6;
+  const CompressedPrimitive wrong = must(CompressedPrimitive::open(source));
+  EXPECT_EQ(wrong.decode(buffers.out).code(), StatusCode::kInvalidInput);
 }
 
 TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <random>
+#include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "encoder/fields/expand_container.h"
 #include "psplit/decode.h"
@@ -29,6 +32,54 @@ const PatchedSample& sample_of_many_patches() {
 
 PrimitiveSource source_of(const PatchedSample& sample) {
   return {sample.encoded.pieces[0].bytes, sample.requests};
+}
+
+TEST(Loader, ReportsWhatTheCallersExecutorAndCallbackDo) {
+  const PatchedSample& sample = sample_of_many_patches();
+  const CompressedPrimitive primitive = must(CompressedPrimitive::open(source_of(sample)));
+  Buffers buffers(sample.requests, primitive.point_count(), primitive.face_count(), 4, 0);
+  const ThreadPool dropping(4, [](size_t count, const std::function<void(size_t)>& body) {
+    for (size_t i = 0; i + 1 < count; ++i) body(i);
+  });
+  const Status dropped = primitive.decode(buffers.out, {.pool = &dropping});
+  EXPECT_EQ(dropped.code(), StatusCode::kRuntimeFailure);
+  EXPECT_NE(dropped.message().find("the executor ran"), std::string::npos) << dropped.message();
+  const ThreadPool pool(3);
+  const auto decode = [&](Progress progress) {
+    LoadOptions options;
+    options.pool = &pool;
+    options.progress = std::move(progress);
+    return primitive.decode(buffers.out, options);
+  };
+  const Status thrown = decode([](size_t, size_t) { throw std::runtime_error("a callback"); });
+  EXPECT_EQ(thrown.code(), StatusCode::kRuntimeFailure);
+  EXPECT_EQ(thrown.message(), "a callback");
+  EXPECT_EQ(decode([](size_t, size_t) { throw std::bad_alloc(); }).code(), StatusCode::kOutOfMemory);
+  EXPECT_TRUE(decode({}).ok());
+}
+
+// Not the points of an Edgebreaker stream: only its faces tell them.
+TEST(Loader, ComparesTheCallersCountsBeforeItWrites) {
+  const PatchedSample& sample = sample_of_many_patches();
+  PrimitiveSource source = source_of(sample);
+  source.point_count = sample.mesh.point_count + 1;
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  source.point_count = sample.mesh.point_count;
+  source.index_count = 3 * sample.mesh.faces.size() + 3;
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  source.index_count -= 3;
+  EXPECT_TRUE(CompressedPrimitive::open(source).ok());
+}
+
+TEST(Expected, GivesItsValueWithoutExceptions) {
+  Expected<int> number = 7;
+  ASSERT_NE(number.value_if(), nullptr);
+  *number.value_if() = 8;
+  EXPECT_EQ(*std::as_const(number).value_if(), 8);
+  Expected<int> failed = invalid_input("broken");
+  EXPECT_EQ(failed.value_if(), nullptr);
+  EXPECT_EQ(std::as_const(failed).value_if(), nullptr);
+  EXPECT_THROW(*failed, std::bad_variant_access);
 }
 
 TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {

@@ -1,0 +1,20 @@
+// Streams of bitstreams before 2.2, which a library of the caller's decodes.
+#pragma once
+
+#include <span>
+
+#include "psplit/decode.h"
+
+namespace psplit {
+
+// Describes a stream that was refused, if it is a mesh of a bitstream before 2.2 and `older` is not null.
+// Errors: `refusal` otherwise, with a sentence that says what decodes older meshes; those of `older`.
+Expected<StreamDescription> describe_older(const OlderStreams* older, std::span<const uint8_t> stream,
+                                           const Status& refusal);
+
+// Decodes it into buffers that have room for so many points and faces. kInvalidInput if it has others.
+Status decode_older(const OlderStreams& older, std::span<const uint8_t> stream,
+                    std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
+                    const PrimitiveBuffers& out);
+
+}  // namespace psplit
