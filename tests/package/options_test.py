@@ -64,4 +64,21 @@ endforeach()
     all = subprocess.run(["ninja", "-C", build, "-t", "inputs", "all"], capture_output=True, text=True, check=True).stdout
     if "bindings" in all or "libpsplit.so" in all or "libpsplit_decoder.a" not in all:
         sys.exit(f"a project that does not link psplit::c builds it: {all}")
+    # Uninstalling removes what the manifest lists, and folders of ours that are then empty.
+    prefix = folder / "prefix"
+    files = [prefix / file for file in ("lib/libpsplit.so.0.1", "include/psplit/a b.h", "lib/cmake/psplit/psplit-config.cmake",
+                                        "lib/psplit/libextern_draco.so")]
+    for file in [*files, prefix / "lib/psplit/of-the-user", prefix / "lib/libother.so"]:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    (prefix / "lib/libpsplit.so").symlink_to("libpsplit.so.0.1")
+    manifest = folder / "install_manifest.txt"
+    uninstall = [cmake, "-D", f"MANIFEST={manifest}", "-P", source / "cmake/uninstall.cmake"]
+    if subprocess.run(uninstall, capture_output=True).returncode == 0:
+        sys.exit("what was never installed is removed")
+    manifest.write_text("\n".join(str(file) for file in [*files, prefix / "lib/libpsplit.so", prefix / "gone"]))
+    expect(subprocess.run(uninstall, capture_output=True, text=True, check=True).stdout, "5 files were removed")
+    left = sorted(file.relative_to(prefix).as_posix() for file in prefix.rglob("*"))
+    if left != ["include", "lib", "lib/cmake", "lib/libother.so", "lib/psplit", "lib/psplit/of-the-user"]:
+        sys.exit(f"these stay: {left}")
 print("6 configurations" if has_toolkit else "3 configurations")
