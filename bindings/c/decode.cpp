@@ -4,6 +4,7 @@
 
 #include "bindings/c/mesh.h"
 #include "src/loader/check_buffers.h"
+#include "src/loader/older_streams.h"
 
 namespace psplit::c {
 namespace {
@@ -111,6 +112,12 @@ Status decode_file(const psplit_mesh& mesh, const Wanted& wanted, const Run& run
       check_buffers(sizes, wanted.out, mesh.point_count(), mesh.face_count());
   if (!out) return out.status();
   if (run.is_stopped()) return cancelled();
+  if (mesh.file->of_libdraco) {
+    std::vector<AttributeRequest> requests;
+    for (const size_t attribute : wanted.attributes) requests.push_back((*mesh.file->of_libdraco)[attribute]);
+    return decode_older(*built_in_older_streams(), mesh.file->stream, requests, mesh.point_count(),
+                        mesh.face_count(), *out);
+  }
   return decode_geometry(
       mesh.file->stream,
       [&](const StreamDescription& description, Span<const StoredValues> stored) -> Expected<GeometryPlaces> {

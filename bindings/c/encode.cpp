@@ -1,22 +1,17 @@
 // Encodes a mesh of the caller's. Without the encoder the functions say that they cannot.
+#include "bindings/c/encoded.h"
+#include "bindings/c/mesh.h"
 #include "bindings/c/support.h"
 
 #ifdef PSPLIT_C_HAS_ENCODER
+#include <algorithm>
 #include <map>
+
+#include "encoder/coding/choose_codings.h"
 #endif
 
 #include "psplit/encode.h"
 #include "src/container/stored_type.h"
-
-struct psplit_encoded {
-  psplit_kind kind = PSPLIT_KIND_NONE;
-  std::vector<uint8_t> bytes{};
-  std::vector<psplit::AttributeRequest> requests{};
-  std::vector<uint32_t> source_points{};
-  std::vector<std::string> notes{};
-  uint32_t face_count = 0, patch_count = 1;
-  double position_error = -1;
-};
 
 namespace psplit::c {
 namespace {
@@ -162,6 +157,32 @@ Expected<MeshToEncode> read_source(const psplit_encode_source* from) {
   return read;
 }
 
+// Why an attribute of a planned mesh is stored as it is: a sentence about it.
+std::string reason_of(const MeshToEncode& source, size_t i, const EncodeOptions& options) {
+  const Attribute& attribute = source.mesh.attributes[i];
+  const AttributeCoding& coding = source.codings[i];
+  const std::string& name = attribute.semantic;
+  for (const PrecisionNote& note : source.notes)
+    if (note.text.starts_with(name) && (note.text[name.size()] == ' ' || note.text[name.size()] == ':'))
+      return note.text;
+  const auto own = source.own_codings.find(i);
+  const bool has_own = own != source.own_codings.end();
+  const int wanted = has_own ? own->second.bits : wanted_bits(attribute, options);
+  if (attribute.component_type != ComponentType::kFloat32) return name + " is kept exactly: it has integers";
+  const std::string bits = std::to_string(coding.bits) + (coding.bits == 1 ? " bit" : " bits");
+  if (coding.bits == 0) {
+    if (target_of(name)) return name + " is kept exactly, as the values that it changes";
+    if (wanted > 0)
+      return name + " is kept exactly: no grid of " + std::to_string(wanted) + " bits has its values";
+    if (!has_own && wanted_bits(attribute, {}) == 0) return name + " is kept exactly: it names features";
+    return name + " is kept exactly, as its bits say";
+  }
+  if (coding.exact) return name + " is kept exactly, on a grid of " + bits + " that has all of its values";
+  if (target_of(name)) return name + " gets " + bits + ", with the step of the values that it changes";
+  const char* const grid = coding.octahedral ? ", on an octahedron" : "";
+  return name + " gets " + bits + grid + (has_own ? ", as its own bits say" : ", as the options say");
+}
+
 Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source* from,
                                                  const psplit_encode_options* stated) {
   const Expected<Options> options = read_options(stated);
@@ -177,6 +198,8 @@ Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source* fro
     watch.progress = [progress = options->stated.progress, user = options->stated.user](
                          size_t done, size_t total) { progress(user, done, total); };
   if (options->stated.stop != nullptr) watch.stop = &options->stated.stop->flag;
+  std::vector<std::string> reasons;
+  for (size_t i = 0; i < source->codings.size(); ++i) reasons.push_back(reason_of(*source, i, options->encode));
   Expected<EncodedMesh> mesh = psplit::encode(std::move(*source), options->encode, threads->pool(), watch);
   if (!mesh) return mesh.status();
   EncodedPiece& piece = mesh->pieces[0];
@@ -184,6 +207,16 @@ Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source* fro
   encoded->kind = piece.is_container ? PSPLIT_KIND_PATCHES : PSPLIT_KIND_DRACO;
   encoded->bytes = std::move(piece.bytes);
   encoded->requests = std::move(mesh->requests);
+  for (size_t i = 0; i < encoded->requests.size(); ++i) {
+    AttributeCoding& coding = mesh->codings[i];
+    const Attribute& decoded = piece.decoded.attributes[i];
+    ValueBounds bounds;
+    bounds.add(decoded.component_type, decoded.component_count, decoded.values.data(), piece.point_count,
+               decoded.stride());
+    bounds.finish();
+    encoded->storage.push_back(
+        {coding.bits, coding.range, std::move(coding.origin), std::move(reasons[i]), std::move(bounds)});
+  }
   encoded->source_points = std::move(piece.source_point);
   for (PrecisionNote& note : mesh->notes) encoded->notes.push_back(std::move(note.text));
   encoded->face_count = piece.face_count;
@@ -201,6 +234,15 @@ Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source*, co
 #endif
 
 }  // namespace
+
+const OlderStreams* built_in_older_streams() {
+#ifdef PSPLIT_C_HAS_ENCODER
+  return older_streams();
+#else
+  return nullptr;
+#endif
+}
+
 }  // namespace psplit::c
 
 using namespace psplit;
@@ -265,4 +307,26 @@ psplit_code psplit_encoded_get_attribute(const psplit_encoded* encoded, uint32_t
 
 const char* psplit_encoded_note(const psplit_encoded* encoded, uint32_t note) {
   return encoded == nullptr || note >= encoded->notes.size() ? nullptr : encoded->notes[note].c_str();
+}
+
+psplit_code psplit_encoded_get_quantization(const psplit_encoded* encoded, uint32_t attribute,
+                                            psplit_quantization* quantization, psplit_error* error) {
+  return guarded(error, [&]() -> Status {
+    if (encoded == nullptr) return null_handle();
+    if (attribute >= encoded->storage.size())
+      return wrong_usage("there is no attribute " + std::to_string(attribute));
+    const psplit_encoded::Storage& found = encoded->storage[attribute];
+    psplit_quantization value{};
+    value.bits = found.bits;
+    value.range = found.range;
+    value.origin_count = static_cast<uint32_t>(found.origin.size());
+    value.origin = found.origin.empty() ? nullptr : found.origin.data();
+    return write_struct(quantization, value, "psplit_quantization");
+  });
+}
+
+const char* psplit_encoded_reason(const psplit_encoded* encoded, uint32_t attribute) {
+  return encoded == nullptr || attribute >= encoded->storage.size()
+             ? nullptr
+             : encoded->storage[attribute].reason.c_str();
 }

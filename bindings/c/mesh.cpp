@@ -7,6 +7,7 @@
 #include "src/container/patch_container.h"
 #include "src/container/stored_type.h"
 #include "src/loader/check_buffers.h"
+#include "src/loader/older_streams.h"
 
 namespace psplit::c {
 namespace {
@@ -52,10 +53,37 @@ Status check_count(const char* what, uint64_t stated, uint64_t count) {
                        std::to_string(count));
 }
 
+// A file of a bitstream before 2.2. Its values have types of glTF.
+Expected<std::unique_ptr<psplit_mesh>> open_older_file(const psplit_source& source,
+                                                       std::span<const uint8_t> bytes, const Status& refusal) {
+  Expected<StreamDescription> description = describe_older(built_in_older_streams(), bytes, refusal);
+  if (!description) return description.status();
+  Expected<std::vector<AttributeRequest>> requests = gltf_attributes(description->attributes);
+  if (!requests) return requests.status();
+  if (Status status = check_count("points", source.point_count, description->point_count); !status.ok())
+    return status;
+  if (Status status = check_count("indices", source.index_count, uint64_t{3} * description->face_count);
+      !status.ok())
+    return status;
+  if (Status status = check_results(description->point_count, description->face_count, *requests, bytes.size());
+      !status.ok())
+    return status;
+  auto mesh = std::make_unique<psplit_mesh>();
+  mesh->kind = PSPLIT_KIND_DRACO_FILE;
+  for (size_t i = 0; i < requests->size(); ++i) {
+    const AttributeRequest& request = (*requests)[i];
+    mesh->attributes.push_back({request.semantic, request.unique_id, description->attributes[i].semantic,
+                                stored_type(request.component_type), request.component_count,
+                                request.normalized, request.value_bytes()});
+  }
+  mesh->file = {bytes, std::move(*description), std::move(*requests)};
+  return mesh;
+}
+
 Expected<std::unique_ptr<psplit_mesh>> open_file(const psplit_source& source, std::span<const uint8_t> bytes) {
   if (source.attribute_count > 0) return wrong_usage("a whole Draco stream takes no attributes");
   Expected<StreamOutline> outline = outline_stream(bytes);
-  if (!outline) return outline.status();
+  if (!outline) return open_older_file(source, bytes, outline.status());
   const StreamDescription& description = outline->description;
   if (Status status = check_count("points", source.point_count, description.point_count); !status.ok())
     return status;
@@ -112,6 +140,7 @@ Expected<std::unique_ptr<psplit_mesh>> open_mesh(const psplit_source* from) {
 Expected<std::unique_ptr<psplit_mesh>> open_primitive(PrimitiveSource source,
                                                       std::shared_ptr<const void> bytes) {
   const psplit_kind kind = source.compression == Compression::kDraco ? PSPLIT_KIND_DRACO : PSPLIT_KIND_PATCHES;
+  source.older = built_in_older_streams();
   Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(std::move(source));
   if (!primitive) return primitive.status();
   auto mesh = std::make_unique<psplit_mesh>();
@@ -135,8 +164,10 @@ Expected<const StreamDescription*> psplit_mesh::description() const {
   const std::lock_guard lock(mutex_);
   if (!description_) {
     if (patch_count() == 0) return invalid_input("the container has no patches");
-    Expected<StreamDescription> description =
-        file ? describe_stream(file->stream) : describe_patch(primitive->container(), 0);
+    Expected<StreamDescription> description = file ? describe_stream(file->stream)
+                                              : primitive->older() != nullptr
+                                                  ? primitive->older()->describe(primitive->bytes())
+                                                  : describe_patch(primitive->container(), 0);
     if (!description) return description.status();
     description_ = std::move(*description);
   }

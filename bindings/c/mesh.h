@@ -29,7 +29,12 @@ struct MeshAttribute {
 struct DracoFile {
   std::span<const uint8_t> stream;
   StreamDescription description;  // see StreamOutline
+  // What libdraco is asked for if it decodes the stream, because its bitstream is older than 2.2; or nothing.
+  std::optional<std::vector<AttributeRequest>> of_libdraco{};
 };
+
+// What decodes bitstreams before 2.2; null if it is not built in.
+const OlderStreams* built_in_older_streams();
 
 }  // namespace psplit::c
 

@@ -271,16 +271,6 @@ int64_t append_accessor(Document& document, const AccessorData& data, int target
   return static_cast<int64_t>(accessors.size() - 1);
 }
 
-Json bound_json(std::span<const double> values, ComponentType type) {
-  Json bound = Json::array();
-  for (const double value : values)
-    if (type == ComponentType::kFloat32)
-      bound.push_back(static_cast<float>(value));
-    else
-      bound.push_back(static_cast<int64_t>(value));
-  return bound;
-}
-
 bool is_bound(const Json* stated, const Json& exact) {
   if (stated == nullptr || !stated->is_array() || stated->size() != exact.size()) return false;
   for (size_t c = 0; c < exact.size(); ++c) {

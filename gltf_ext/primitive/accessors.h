@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/json/bound_json.h"
 #include "psplit/mesh.h"
 #include "system/operating_system.h"
 
@@ -96,9 +97,6 @@ void store_values_sparse(Document& document, Json& accessor, const ValuesView& d
 // An accessor that describes data without bufferView and bounds, for example because an extension supplies it.
 // `data.bytes` is not used. Returns an empty object if no glTF type has this number of components.
 Json describe_stored(const ValuesView& data);
-
-// A bound of an accessor: floats, or integers without a fraction.
-Json bound_json(std::span<const double> values, ComponentType type);
 
 // Whether a bound that an accessor states is `exact`: readers compare bounds as floats.
 bool is_bound(const Json* stated, const Json& exact);

@@ -34,6 +34,10 @@
 //            Nothing is written outside of them.
 // Bytes      Bytes to be decoded may be anything. Memory is taken in proportion to them: at most 64 MiB, and
 //            4096 bytes for each byte.
+// Bitstreams Draco streams are of bitstream 2.2, point clouds also of 2.3. Meshes of older ones are decoded by
+//            libdraco, if the library was built with its encoder and libdraco; its memory has no such limit.
+//            Otherwise they are PSPLIT_ERROR_UNSUPPORTED. Opening decodes them, to count points. Their values
+//            have types of glTF: those of a .drc file become these, and are never PSPLIT_INTEGERS.
 // Lifetime   The library reads the caller's bytes until the last handle that was made of them is freed, unless
 //            PSPLIT_COPY is set. All other memory of the caller's is used only during a call. Pointers in
 //            results belong to the handle that was asked, and live as long as it.
@@ -464,6 +468,31 @@ PSPLIT_API const char* psplit_encoded_note(const psplit_encoded* encoded, uint32
 // How psplit_source, or glTF's JSON, requests an attribute.
 PSPLIT_API psplit_code psplit_encoded_get_attribute(const psplit_encoded* encoded, uint32_t attribute,
                                                     psplit_attribute_request* request, psplit_error* error);
+// How an attribute is stored, and why: "POSITION gets 14 bits, as the options say". In UTF-8; NULL if there is
+// no such attribute.
+PSPLIT_API psplit_code psplit_encoded_get_quantization(const psplit_encoded* encoded, uint32_t attribute,
+                                                       psplit_quantization* quantization, psplit_error* error);
+PSPLIT_API const char* psplit_encoded_reason(const psplit_encoded* encoded, uint32_t attribute);
+
+// Bytes that the library made for the caller, and their number.
+typedef struct psplit_output psplit_output;
+PSPLIT_API const void* psplit_output_data(const psplit_output* output);
+PSPLIT_API size_t psplit_output_size(const psplit_output* output);
+PSPLIT_API void psplit_output_free(psplit_output* output);
+
+// What glTF's JSON says about the mesh, for a file of the caller's, as a text in UTF-8 that ends with a zero
+// byte: an object with `primitive`, for a mesh's list of primitives; `accessors`, which the caller appends to
+// those of the file, where they get the numbers from first_accessor on; and `extensions`, the names for
+// extensionsUsed and extensionsRequired. The bytes of the mesh are in the buffer view of the number
+// buffer_view, which has no target and no stride. PSPLIT_ERROR_UNSUPPORTED: no type of glTF has so many
+// components, or PSPLIT_KIND_DRACO has morph targets.
+PSPLIT_API psplit_code psplit_encoded_write_json(const psplit_encoded* encoded, uint32_t first_accessor,
+                                                 uint32_t buffer_view, psplit_output** output,
+                                                 psplit_error* error);
+// A whole .glb file with that mesh in a scene, without a material. PSPLIT_ERROR_UNSUPPORTED also if it would
+// exceed 4 GB.
+PSPLIT_API psplit_code psplit_encoded_write_glb(const psplit_encoded* encoded, psplit_output** output,
+                                                psplit_error* error);
 
 #ifdef __cplusplus
 }

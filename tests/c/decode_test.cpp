@@ -13,6 +13,7 @@
 #include "tests/support/draco_clouds.h"
 #include "tests/support/expect.h"
 #include "tests/support/mutants.h"
+#include "tests/support/older_stream.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/same_bits.h"
@@ -627,6 +628,77 @@ TEST(CDecode, ErrorsNameThePatch) {
   EXPECT_EQ(error.patch, 1);
   EXPECT_EQ(error.mesh, -1);
   EXPECT_EQ(std::string(error.text).substr(0, 9), "patch 1: ");
+}
+
+TEST(CDecode, LibdracoDecodesBitstreamsBefore22) {
+  const std::vector<uint8_t> stream = older_stream();
+  const std::vector<AttributeRequest> requests = {{"_ID", 7, ComponentType::kUint16, 1, false},
+                                                  {"POSITION", 5, ComponentType::kFloat32, 3, false}};
+  for (const psplit_kind kind : {PSPLIT_KIND_DRACO_FILE, PSPLIT_KIND_DRACO}) {
+    const bool is_file = kind == PSPLIT_KIND_DRACO_FILE;
+    const Handle<psplit_mesh> mesh = is_file ? must_open(kind, stream) : must_open(kind, stream, requests);
+    ASSERT_NE(mesh, nullptr);
+    const psplit_mesh_info info = info_of(mesh.get());
+    EXPECT_EQ(info.kind, kind);
+    EXPECT_EQ(info.coding, is_file ? PSPLIT_CODING_SEQUENTIAL : PSPLIT_CODING_UNKNOWN);
+    EXPECT_EQ(info.face_count, 2u);
+    EXPECT_EQ(info.point_count, 4u);
+    ASSERT_EQ(info.attribute_count, 2u);
+    const int32_t position = psplit_mesh_find_semantic(mesh.get(), PSPLIT_POSITION, 0),
+                  id = psplit_mesh_find_id(mesh.get(), 7);
+    EXPECT_EQ(position, is_file ? 0 : 1);
+    ASSERT_EQ(id, 1 - position);
+    auto quantization = init<psplit_quantization>();
+    EXPECT_EQ(psplit_mesh_get_quantization(mesh.get(), 0, &quantization, nullptr), PSPLIT_OK);
+    EXPECT_EQ(quantization.bits, 0);
+    uint16_t indices[6] = {}, ids[4 * 3] = {};
+    float positions[4 * 3] = {};
+    psplit_attribute_buffer attributes[2] = {init<psplit_attribute_buffer>(), init<psplit_attribute_buffer>()};
+    attributes[position].data = positions;
+    attributes[position].size = sizeof(positions);
+    attributes[id].data = ids;
+    attributes[id].size = sizeof(ids);
+    attributes[id].stride = 3 * sizeof(uint16_t);
+    auto buffers = init<psplit_buffers>();
+    buffers.index_size = 2;
+    buffers.indices = indices;
+    buffers.indices_size = sizeof(indices);
+    buffers.attributes = attributes;
+    buffers.attribute_count = 2;
+    psplit_error error = init<psplit_error>();
+    for (const bool is_patch : {false, true}) {
+      ASSERT_EQ(is_patch ? psplit_mesh_decode_patch(mesh.get(), 0, &buffers, nullptr, &error)
+                         : psplit_mesh_decode(mesh.get(), &buffers, nullptr, &error),
+                PSPLIT_OK)
+          << error.text;
+      EXPECT_EQ(std::vector<uint16_t>(std::begin(indices), std::end(indices)),
+                (std::vector<uint16_t>{0, 1, 2, 2, 1, 3}));
+      EXPECT_EQ(positions[11], 0.5F);
+      EXPECT_EQ(ids[0], 9);
+      EXPECT_EQ(ids[3], 8);
+      EXPECT_EQ(ids[1], 0);
+      EXPECT_EQ(ids[9], 6);
+    }
+    attributes[position].data = nullptr;  // not wanted
+    attributes[position].size = 0;
+    std::ranges::fill(positions, 0.0F);
+    EXPECT_EQ(psplit_mesh_decode(mesh.get(), &buffers, nullptr, &error), PSPLIT_OK);
+    EXPECT_EQ(positions[11], 0.0F);
+  }
+  const std::vector<AttributeRequest> missing = {{"POSITION", 6, ComponentType::kFloat32, 3, false}};
+  const Handle<psplit_mesh> wrong = must_open(PSPLIT_KIND_DRACO, stream, missing);
+  uint32_t four_bytes[6] = {};
+  auto without = init<psplit_buffers>();
+  without.index_size = 4;
+  without.indices = four_bytes;
+  without.indices_size = sizeof(four_bytes);
+  EXPECT_EQ(psplit_mesh_decode(wrong.get(), &without, nullptr, nullptr), PSPLIT_OK);  // it is not wanted
+  for (size_t size = 0; size < stream.size(); ++size)
+    EXPECT_NE(open_bytes(PSPLIT_KIND_DRACO_FILE, std::span(stream).first(size)).code, PSPLIT_OK) << size;
+  // The point cloud of the bitstream has no reader.
+  std::vector<uint8_t> cloud = stream;
+  cloud[7] = 0;
+  EXPECT_EQ(open_bytes(PSPLIT_KIND_DRACO_FILE, cloud).code, PSPLIT_ERROR_UNSUPPORTED);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "psplit/encode.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/encode_mesh.h"
@@ -377,6 +378,134 @@ TEST(CEncode, WrongSourcesAreErrors) {
   EXPECT_EQ(psplit_encode(nullptr, nullptr, nullptr, nullptr), PSPLIT_ERROR_USAGE);
   psplit_encoded* encoded = nullptr;
   EXPECT_EQ(psplit_encode(nullptr, nullptr, &encoded, nullptr), PSPLIT_ERROR_USAGE);
+}
+
+std::string text_of(const Handle<psplit_output>& output) {
+  return {static_cast<const char*>(psplit_output_data(output.get())), psplit_output_size(output.get())};
+}
+
+// A square of two triangles with one attribute more.
+Mesh square_with(Attribute attribute) {
+  Mesh mesh{4, {{0, 1, 2}, {2, 1, 3}}, {Attribute{"POSITION", ComponentType::kFloat32, 3, false, {}}}};
+  const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0.25F};
+  mesh.attributes[0].values.resize(sizeof(positions));
+  std::memcpy(mesh.attributes[0].values.data(), positions, sizeof(positions));
+  attribute.values.assign(4 * attribute.stride(), std::byte{0});
+  if (attribute.component_type == ComponentType::kFloat32 && attribute.semantic == "TEXCOORD_0")
+    std::memcpy(attribute.values.data(), positions, attribute.values.size());
+  mesh.attributes.push_back(std::move(attribute));
+  return mesh;
+}
+
+TEST(CEncode, WritesGlbFilesThatOpenAgain) {
+  size_t written = 0;
+  for (const psplit_kind kind : {PSPLIT_KIND_PATCHES, PSPLIT_KIND_DRACO})
+    for (const auto& [name, mesh] : all_meshes()) {
+      SCOPED_TRACE(name);
+      psplit_encode_options options = default_options();
+      options.kind = kind;
+      const CSource source(mesh);
+      const Result result = encode(source.source, &options);
+      if (result.code != PSPLIT_OK) continue;
+      psplit_output* made = nullptr;
+      const psplit_code code = psplit_encoded_write_glb(result.encoded.get(), &made, nullptr);
+      const Handle<psplit_output> glb(made);
+      const bool has_types = std::ranges::all_of(mesh.attributes, [](const Attribute& attribute) {
+        const int count = attribute.component_count;
+        return count <= 4 || count == 9 || count == 16;
+      });
+      ASSERT_EQ(code == PSPLIT_OK, has_types);
+      if (!has_types) continue;
+      auto gltf_source = init<psplit_gltf_source>();
+      gltf_source.data = psplit_output_data(glb.get());
+      gltf_source.size = psplit_output_size(glb.get());
+      psplit_gltf* opened = nullptr;
+      psplit_error error = init<psplit_error>();
+      ASSERT_EQ(psplit_gltf_open(&gltf_source, &opened, &error), PSPLIT_OK) << error.text;
+      EXPECT_EQ(psplit_gltf_primitive_kind(opened, 0, 0), kind);
+      psplit_mesh* primitive = nullptr;
+      EXPECT_EQ(psplit_gltf_open_primitive(opened, 0, 0, &primitive, &error), PSPLIT_OK) << error.text;
+      psplit_gltf_free(opened);
+      const Handle<psplit_mesh> decoded(primitive);
+      const psplit_mesh_info info = info_of(primitive);
+      EXPECT_EQ(info.point_count, result.info.point_count);
+      EXPECT_EQ(info.face_count, result.info.face_count);
+      ASSERT_EQ(info.attribute_count, result.info.attribute_count);
+      for (const Attribute& attribute : mesh.attributes)
+        EXPECT_GE(psplit_mesh_find_name(primitive, attribute.semantic.c_str()), 0) << attribute.semantic;
+      ++written;
+    }
+  EXPECT_GT(written, 40u);
+}
+
+TEST(CEncode, WritesTheJsonOfAPrimitive) {
+  const Attribute integers{"_COUNT", ComponentType::kUint16, 1, false, {}};
+  const CSource source(square_with(integers));
+  psplit_encode_options options = default_options();
+  options.position_bits = -1;
+  const Result result = encode(source.source, &options);
+  ASSERT_EQ(result.code, PSPLIT_OK) << result.error.text;
+  psplit_output* made = nullptr;
+  ASSERT_EQ(psplit_encoded_write_json(result.encoded.get(), 7, 3, &made, nullptr), PSPLIT_OK);
+  const Handle<psplit_output> json(made);
+  EXPECT_STREQ(
+      text_of(json).c_str(),
+      R"({"primitive":{"attributes":{"POSITION":7,"_COUNT":8},"indices":9,"extensions":)"
+      R"({"KHR_draco_mesh_compression":{"bufferView":3,"attributes":{"POSITION":0,"_COUNT":1}}}},)"
+      R"("accessors":[{"componentType":5126,"count":4,"type":"VEC3","min":[0.0,0.0,0.0],)"
+      R"("max":[1.0,1.0,0.25]},{"componentType":5123,"count":4,"type":"SCALAR","min":[0],"max":[0]},)"
+      R"({"componentType":5123,"count":6,"type":"SCALAR"}],"extensions":["KHR_draco_mesh_compression"]})");
+  EXPECT_EQ(psplit_output_data(nullptr), nullptr);
+  EXPECT_EQ(psplit_output_size(nullptr), 0u);
+  EXPECT_EQ(psplit_encoded_write_json(nullptr, 0, 0, &made, nullptr), PSPLIT_ERROR_USAGE);
+  EXPECT_EQ(made, nullptr);
+}
+
+TEST(CEncode, RefusesJsonThatGltfDoesNotHave) {
+  const auto code_of = [](Attribute attribute, psplit_kind kind) {
+    const CSource source(square_with(std::move(attribute)));
+    psplit_encode_options options = default_options();
+    options.kind = kind;
+    const Result result = encode(source.source, &options);
+    EXPECT_EQ(result.code, PSPLIT_OK) << result.error.text;
+    psplit_output* made = nullptr;
+    const psplit_code code = psplit_encoded_write_json(result.encoded.get(), 0, 0, &made, nullptr);
+    psplit_output_free(made);
+    return code;
+  };
+  const Attribute target{"targets/0/POSITION", ComponentType::kFloat32, 3, false, {}};
+  EXPECT_EQ(code_of(target, PSPLIT_KIND_PATCHES), PSPLIT_OK);
+  EXPECT_EQ(code_of(target, PSPLIT_KIND_DRACO), PSPLIT_ERROR_UNSUPPORTED);
+  const Attribute far{"targets/9999999/POSITION", ComponentType::kFloat32, 3, false, {}};
+  EXPECT_EQ(code_of(far, PSPLIT_KIND_PATCHES), PSPLIT_ERROR_UNSUPPORTED);
+  const Attribute wide{"_FIVE", ComponentType::kFloat32, 5, false, {}};
+  EXPECT_EQ(code_of(wide, PSPLIT_KIND_PATCHES), PSPLIT_ERROR_UNSUPPORTED);
+}
+
+TEST(CEncode, SaysHowEachAttributeIsStored) {
+  const auto stored = [](Attribute attribute, int32_t bits) {
+    CSource source(square_with(std::move(attribute)));
+    source.attributes[1].bits = bits;
+    const Result result = encode(source.source, nullptr);
+    EXPECT_EQ(result.code, PSPLIT_OK) << result.error.text;
+    auto quantization = init<psplit_quantization>();
+    EXPECT_EQ(psplit_encoded_get_quantization(result.encoded.get(), 1, &quantization, nullptr), PSPLIT_OK);
+    EXPECT_EQ(psplit_encoded_get_quantization(result.encoded.get(), 2, &quantization, nullptr),
+              PSPLIT_ERROR_USAGE);
+    EXPECT_EQ(psplit_encoded_reason(result.encoded.get(), 2), nullptr);
+    EXPECT_EQ(quantization.origin_count > 0, quantization.bits > 0);
+    return std::to_string(quantization.bits) + ": " + psplit_encoded_reason(result.encoded.get(), 1);
+  };
+  const Attribute texcoords{"TEXCOORD_0", ComponentType::kFloat32, 2, false, {}};
+  EXPECT_EQ(stored(texcoords, 0), "12: TEXCOORD_0 gets 12 bits, as the options say");
+  EXPECT_EQ(stored(texcoords, 9), "9: TEXCOORD_0 gets 9 bits, as its own bits say");
+  EXPECT_EQ(stored(texcoords, -1), "0: TEXCOORD_0 is kept exactly, as its bits say");
+  EXPECT_EQ(stored({"_FEATURE_ID_0", ComponentType::kFloat32, 1, false, {}}, 0),
+            "1: _FEATURE_ID_0 is kept exactly, on a grid of 1 bit that has all of its values");
+  EXPECT_EQ(stored({"_COUNT", ComponentType::kUint16, 1, false, {}}, 0),
+            "0: _COUNT is kept exactly: it has integers");
+  EXPECT_EQ(stored({"NORMAL", ComponentType::kFloat32, 3, false, {}}, 0),
+            "0: NORMAL is kept exactly, in at most 48 bytes instead of 15: 4 of 4 points have no unit vector");
 }
 
 }  // namespace

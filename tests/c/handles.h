@@ -27,6 +27,7 @@ struct FreeHandle {
   void operator()(psplit_pool* handle) const { psplit_pool_free(handle); }
   void operator()(psplit_stop* handle) const { psplit_stop_free(handle); }
   void operator()(psplit_encoded* handle) const { psplit_encoded_free(handle); }
+  void operator()(psplit_output* handle) const { psplit_output_free(handle); }
 };
 template <typename T>
 using Handle = std::unique_ptr<T, FreeHandle>;

@@ -112,6 +112,7 @@ static void encode(const vertex* vertices, uint32_t point_count, const uint16_t*
   psplit_source stored;
   psplit_mesh* mesh = NULL;
   psplit_quantization quantization;
+  psplit_output* output = NULL;
   vertex* decoded;
   uint16_t* decoded_indices;
   uint32_t decoded_points, decoded_faces, i;
@@ -175,10 +176,59 @@ static void encode(const vertex* vertices, uint32_t point_count, const uint16_t*
       CHECK(fabsf(decoded[i].position[c] - before->position[c]) <= quantization.range / 65535);
     CHECK(memcmp(decoded[i].texcoord, before->texcoord, sizeof(before->texcoord)) == 0);
   }
+  OK(psplit_encoded_get_quantization(encoded, 0, &quantization, error));
+  CHECK(quantization.bits == 16 &&
+        strcmp(psplit_encoded_reason(encoded, 0), "POSITION gets 16 bits, as the options say") == 0);
+  OK(psplit_encoded_write_json(encoded, 0, 0, &output, error));
+  CHECK(psplit_output_size(output) == strlen((const char*)psplit_output_data(output)) + 1);
+  psplit_output_free(output);
+  OK(psplit_encoded_write_glb(encoded, &output, error));
+  CHECK(psplit_output_size(output) > info.size && memcmp(psplit_output_data(output), "glTF", 4) == 0);
+  psplit_output_free(output);
   psplit_encoded_free(encoded);
   psplit_mesh_free(mesh);
   free(decoded);
   free(decoded_indices);
+}
+
+/* A triangle in bitstream 2.1, which libdraco decodes where it is built in: a sequential mesh with floats as
+   they are. */
+static void decode_older(psplit_error* error) {
+  static const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0.5f};
+  static const unsigned char front[] = {'D', 'R', 'A', 'C', 'O', 2, 1, 1, 0, 0, 0, 1, 0, 0, 0, 3,
+                                        0,   0,   0,   1,   0,   1, 2, 1, 1, 0, 9, 3, 0, 0, 0};
+  unsigned char stream[sizeof(front) + sizeof(positions)];
+  float decoded[9];
+  uint32_t indices[3];
+  psplit_source source;
+  psplit_mesh* mesh = NULL;
+  psplit_attribute_buffer attribute;
+  psplit_buffers buffers;
+  memcpy(stream, front, sizeof(front));
+  memcpy(stream + sizeof(front), positions, sizeof(positions));
+  PSPLIT_INIT(source);
+  source.kind = PSPLIT_KIND_DRACO_FILE;
+  source.data = stream;
+  source.size = sizeof(stream);
+  if (psplit_mesh_open(&source, &mesh, error) != PSPLIT_OK) {
+    CHECK(error->code == PSPLIT_ERROR_UNSUPPORTED && strstr(error->text, "older than 2.2") != NULL);
+    CHECK(strstr(error->text, "a build with the encoder and libdraco decodes older ones") != NULL);
+    return;
+  }
+  CHECK(psplit_has_encoder());
+  PSPLIT_INIT(attribute);
+  attribute.data = decoded;
+  attribute.size = sizeof(decoded);
+  PSPLIT_INIT(buffers);
+  buffers.index_size = 4;
+  buffers.indices = indices;
+  buffers.indices_size = sizeof(indices);
+  buffers.attributes = &attribute;
+  buffers.attribute_count = 1;
+  OK(psplit_mesh_decode(mesh, &buffers, NULL, error));
+  CHECK(indices[0] == 0 && indices[1] == 1 && indices[2] == 2);
+  CHECK(memcmp(decoded, positions, sizeof(positions)) == 0);
+  psplit_mesh_free(mesh);
 }
 
 int main(int argc, char** argv) {
@@ -217,6 +267,7 @@ int main(int argc, char** argv) {
   psplit_mesh_free(mesh);
   encode(vertices, point_count, indices, face_count, PSPLIT_KIND_PATCHES, &error);
   encode(vertices, point_count, indices, face_count, PSPLIT_KIND_DRACO, &error);
+  decode_older(&error);
   psplit_release_scratch();
   free(vertices);
   free(indices);

@@ -401,6 +401,26 @@ static class Tests
         }
     }
 
+    static void WritesGltfAndSaysHowAttributesAreStored()
+    {
+        if (!Psplit.HasEncoder) return;
+        float[] positions, texcoords;
+        using (var encoded = MeshEncoder.Encode(Grid(30, out positions, out texcoords)))
+        {
+            using (var gltf = GltfFile.Open(encoded.ToGlb()))
+            using (var mesh = gltf.OpenPrimitive(0, 0))
+            using (var wanted = encoded.Open()) Check(mesh.Decode().Indices.SequenceEqual(wanted.Decode().Indices));
+            string json = encoded.ToJson(5, 2);
+            Check(json.StartsWith("{\"primitive\":{\"attributes\":{\"POSITION\":5,\"TEXCOORD_0\":6},\"indices\":7"), json);
+            Check(json.Contains("\"bufferView\":2") && json.EndsWith("}"), json);
+            Check(encoded.Quantizations[0].Bits == 14 && encoded.Quantizations[1].Bits == 0);
+            Equal(encoded.Reasons[0], "POSITION gets 14 bits, as the options say");
+            Equal(encoded.Reasons[1], "TEXCOORD_0 is kept exactly, as its bits say");
+            encoded.Dispose();
+            Throws<ObjectDisposedException>(() => encoded.ToGlb());
+        }
+    }
+
     static void WrongSourcesAreErrorsOfTheEncoder()
     {
         if (!Psplit.HasEncoder) return;
@@ -423,7 +443,7 @@ static class Tests
                      StructsAreThoseOfC, ConstantsAreThoseOfC, FunctionsAreThoseOfC, DecodesASampleOnAnyThreads, DecodesAPatchAlone,
                      DecodesToInterleavedVertices, RefusesMemoryThatDoesNotFit, MalformedBytesAreErrors, BuffersOfUrisAreTheCallers,
                      ArraysStayWhereTheyAre, ThreadsShareHandles, ExceptionsOfCallbacksDoNotCrossC, ATokenEndsCalls,
-                     EncodesAndDecodesAgain, WrongSourcesAreErrorsOfTheEncoder })
+                     EncodesAndDecodesAgain, WritesGltfAndSaysHowAttributesAreStored, WrongSourcesAreErrorsOfTheEncoder })
             try
             {
                 test();

@@ -68,13 +68,14 @@ def by_pkg_config():
 
 def packages():
     """Packages both crates. The second finds the first in a folder that takes the place of crates.io."""
-    index = options.build / "index"
-    shutil.rmtree(index, ignore_errors=True)
+    index, target = options.build / "index", options.build / "target_package"
+    for folder in (index, target):  # cargo takes a crate of a registry for what it was when it was compiled last
+        shutil.rmtree(folder, ignore_errors=True)
     index.mkdir()
     in_place = ("--config", "source.crates-io.replace-with='packaged'", "--config", f"source.packaged.directory='{index}'")
     for name in ("gltf-psplit-sys", "gltf-psplit"):
-        cargo("package", "--offline", "--allow-dirty", "-p", name, *in_place)
-        packed, = (options.build / "target/package").glob(f"{name}-[0-9]*.crate")
+        cargo("package", "--offline", "--allow-dirty", "-p", name, *in_place, environment=by_folder | {"CARGO_TARGET_DIR": str(target)})
+        packed, = (target / "package").glob(f"{name}-[0-9]*.crate")
         with tarfile.open(packed) as archive:
             files = archive.getnames()
             archive.extractall(index)
@@ -90,6 +91,5 @@ assert example.startswith("1222 triangles, 663 points: POSITION from (0.101913")
 header_that_differs()
 if shutil.which("pkg-config"):
     by_pkg_config()
-shutil.rmtree(options.build / "target/package", ignore_errors=True)
 packages()
 print(f"{count} tests of {subprocess.check_output(['rustc', '--version'], text=True).strip()}, and two packages")

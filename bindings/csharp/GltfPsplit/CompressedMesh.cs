@@ -103,6 +103,14 @@ namespace GltfPsplit
         public int Bits { get; internal set; }
         public float Range { get; internal set; }
         public float[] Origin { get; internal set; }
+
+        // While its origin is there.
+        internal static Quantization Of(Native.psplit_quantization found)
+        {
+            var origin = new float[found.origin_count];
+            if (origin.Length > 0) Marshal.Copy(found.origin, origin, 0, origin.Length);
+            return new Quantization { Bits = found.bits, Range = found.range, Origin = origin };
+        }
     }
 
     /// <summary>A part of a mesh that is decoded alone.</summary>
@@ -279,10 +287,9 @@ namespace GltfPsplit
             Native.psplit_quantization found;
             found.struct_size = (uint)sizeof(Native.psplit_quantization);
             Native.Check(Native.psplit_mesh_get_quantization(handle, (uint)attribute, &found, &error), ref error);
-            var origin = new float[found.origin_count];
-            if (origin.Length > 0) Marshal.Copy(found.origin, origin, 0, origin.Length);
+            var quantization = Quantization.Of(found);
             GC.KeepAlive(this); // the origin is the mesh's
-            return new Quantization { Bits = found.bits, Range = found.range, Origin = origin };
+            return quantization;
         }
 
         public PatchInfo GetPatch(int patch)

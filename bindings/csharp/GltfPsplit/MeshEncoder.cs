@@ -129,9 +129,11 @@ namespace GltfPsplit
     }
 
     /// <summary>Encoded bytes, and what a loader must know about them.</summary>
-    public sealed class EncodedMesh
+    public sealed unsafe class EncodedMesh : IDisposable
     {
-        internal EncodedMesh() { }
+        private readonly EncodedHandle handle;
+
+        internal EncodedMesh(EncodedHandle handle) { this.handle = handle; }
         /// <summary>A kind for CompressedMesh.Open.</summary>
         public MeshKind Kind { get; internal set; }
         /// <summary>The bytes of the extension's buffer view.</summary>
@@ -147,8 +149,47 @@ namespace GltfPsplit
         public double PositionError { get; internal set; }
         /// <summary>How CompressedMesh.Open, or glTF's JSON, requests the attributes, in the order of the source.</summary>
         public AttributeRequest[] Attributes { get; internal set; }
+        /// <summary>How each attribute is stored.</summary>
+        public Quantization[] Quantizations { get; internal set; }
+        /// <summary>Why: "POSITION gets 14 bits, as the options say".</summary>
+        public string[] Reasons { get; internal set; }
         /// <summary>Sentences about the precision of the mesh.</summary>
         public string[] Notes { get; internal set; }
+
+        /// <summary>
+        /// What glTF's JSON says about the mesh: an object with `primitive`, `accessors`, which get the numbers from
+        /// firstAccessor on, and `extensions`, the names that are used and required. The bytes are in the buffer view of the
+        /// number bufferView.
+        /// </summary>
+        public string ToJson(int firstAccessor, int bufferView)
+        {
+            var error = Native.NewError();
+            OutputHandle output;
+            int code = Native.psplit_encoded_write_json(handle, checked((uint)firstAccessor), checked((uint)bufferView), out output, &error);
+            using (output)
+            {
+                Native.Check(code, ref error);
+                return Native.Text((byte*)Native.psplit_output_data(output));
+            }
+        }
+
+        /// <summary>A whole .glb file with the mesh in a scene, without a material.</summary>
+        public byte[] ToGlb()
+        {
+            var error = Native.NewError();
+            OutputHandle output;
+            int code = Native.psplit_encoded_write_glb(handle, out output, &error);
+            using (output)
+            {
+                Native.Check(code, ref error);
+                var bytes = new byte[checked((int)Native.psplit_output_size(output))];
+                Marshal.Copy((IntPtr)Native.psplit_output_data(output), bytes, 0, bytes.Length);
+                return bytes;
+            }
+        }
+
+        /// <summary>Frees what ToJson and ToGlb need. All else stays.</summary>
+        public void Dispose() { handle.Dispose(); }
 
         /// <summary>Opens the bytes.</summary>
         public CompressedMesh Open()
@@ -203,10 +244,15 @@ namespace GltfPsplit
                     var error = Native.NewError();
                     EncodedHandle handle;
                     int code = Native.psplit_encode(&stated, &wanted, out handle, &error);
-                    using (handle)
+                    try
                     {
                         call.Check(code, ref error);
                         return Read(handle);
+                    }
+                    catch
+                    {
+                        handle.Dispose();
+                        throw;
                     }
                 }
             }
@@ -227,7 +273,7 @@ namespace GltfPsplit
             Native.psplit_encoded_info info;
             info.struct_size = (uint)sizeof(Native.psplit_encoded_info);
             Native.Check(Native.psplit_encoded_get_info(handle, &info, &error), ref error);
-            var encoded = new EncodedMesh {
+            var encoded = new EncodedMesh(handle) {
                 Kind = (MeshKind)info.kind,
                 Bytes = new byte[checked((int)info.size)],
                 PointCount = checked((int)info.point_count),
@@ -236,6 +282,8 @@ namespace GltfPsplit
                 SourcePoints = new int[info.point_count],
                 PositionError = info.position_error,
                 Attributes = new AttributeRequest[info.attribute_count],
+                Quantizations = new Quantization[info.attribute_count],
+                Reasons = new string[info.attribute_count],
                 Notes = new string[info.note_count]
             };
             Marshal.Copy(info.data, encoded.Bytes, 0, encoded.Bytes.Length);
@@ -252,6 +300,11 @@ namespace GltfPsplit
                     Components = (int)request.components,
                     Normalized = request.normalized != 0
                 };
+                Native.psplit_quantization found;
+                found.struct_size = (uint)sizeof(Native.psplit_quantization);
+                Native.Check(Native.psplit_encoded_get_quantization(handle, i, &found, &error), ref error);
+                encoded.Quantizations[i] = Quantization.Of(found);
+                encoded.Reasons[i] = Native.Text(Native.psplit_encoded_reason(handle, i));
             }
             for (uint i = 0; i < info.note_count; ++i) encoded.Notes[i] = Native.Text(Native.psplit_encoded_note(handle, i));
             return encoded;

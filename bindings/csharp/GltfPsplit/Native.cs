@@ -24,6 +24,10 @@ namespace GltfPsplit
     {
         protected override bool ReleaseHandle() { Native.psplit_encoded_free(handle); return true; }
     }
+    internal sealed class OutputHandle : Handle
+    {
+        protected override bool ReleaseHandle() { Native.psplit_output_free(handle); return true; }
+    }
     /// <summary>Handles that read the caller's arrays, which stay pinned until the handle is freed.</summary>
     internal abstract class ReadingHandle : Handle
     {
@@ -374,6 +378,20 @@ namespace GltfPsplit
         internal static extern byte* psplit_encoded_note(EncodedHandle encoded, uint note);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         internal static extern int psplit_encoded_get_attribute(EncodedHandle encoded, uint attribute, psplit_attribute_request* request, psplit_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern int psplit_encoded_get_quantization(EncodedHandle encoded, uint attribute, psplit_quantization* quantization, psplit_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern byte* psplit_encoded_reason(EncodedHandle encoded, uint attribute);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern void* psplit_output_data(OutputHandle output);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern UIntPtr psplit_output_size(OutputHandle output);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern void psplit_output_free(IntPtr output);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern int psplit_encoded_write_json(EncodedHandle encoded, uint first_accessor, uint buffer_view, out OutputHandle output, psplit_error* error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        internal static extern int psplit_encoded_write_glb(EncodedHandle encoded, out OutputHandle output, psplit_error* error);
 
         /// <summary>A text of C, which ends with a zero byte; null for a null pointer.</summary>
         internal static string Text(byte* text)

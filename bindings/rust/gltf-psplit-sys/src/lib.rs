@@ -270,6 +270,7 @@ c_struct! {
     }
 }
 opaque!(psplit_encoded);
+opaque!(psplit_output);
 c_struct! {
     pub struct psplit_encoded_info {
         pub struct_size: u32,
@@ -395,6 +396,28 @@ extern "C" {
         encoded: *const psplit_encoded,
         attribute: u32,
         request: *mut psplit_attribute_request,
+        error: *mut psplit_error,
+    ) -> psplit_code;
+    pub fn psplit_encoded_get_quantization(
+        encoded: *const psplit_encoded,
+        attribute: u32,
+        quantization: *mut psplit_quantization,
+        error: *mut psplit_error,
+    ) -> psplit_code;
+    pub fn psplit_encoded_reason(encoded: *const psplit_encoded, attribute: u32) -> *const c_char;
+    pub fn psplit_output_data(output: *const psplit_output) -> *const c_void;
+    pub fn psplit_output_size(output: *const psplit_output) -> usize;
+    pub fn psplit_output_free(output: *mut psplit_output);
+    pub fn psplit_encoded_write_json(
+        encoded: *const psplit_encoded,
+        first_accessor: u32,
+        buffer_view: u32,
+        output: *mut *mut psplit_output,
+        error: *mut psplit_error,
+    ) -> psplit_code;
+    pub fn psplit_encoded_write_glb(
+        encoded: *const psplit_encoded,
+        output: *mut *mut psplit_output,
         error: *mut psplit_error,
     ) -> psplit_code;
 }

@@ -1,7 +1,7 @@
 //! Meshes to be encoded.
 
 use crate::error::{checked, Error};
-use crate::mesh::{name_of, number, text_of, AttributeRequest, Kind};
+use crate::mesh::{name_of, number, quantization_of, text_of, AttributeRequest, Kind, Quantization};
 use crate::run::{with_progress, Run};
 use crate::values::{bytes_of, Component, ComponentType};
 use gltf_psplit_sys as sys;
@@ -327,5 +327,58 @@ impl Encoded {
         (0..self.info().note_count)
             .map(|note| unsafe { text_of(sys::psplit_encoded_note(self.0.as_ptr(), note)) })
             .collect()
+    }
+
+    /// How an attribute is stored. Errors: there is no such attribute.
+    pub fn quantization(&self, attribute: usize) -> Result<Quantization, Error> {
+        let mut found = sys::psplit_quantization::new();
+        // SAFETY: the handle is valid, and the place for the result is a struct of the stated size.
+        checked(|error| unsafe {
+            sys::psplit_encoded_get_quantization(self.0.as_ptr(), number(attribute), &mut found, error)
+        })?;
+        // SAFETY: the origin belongs to the handle.
+        Ok(unsafe { quantization_of(&found) })
+    }
+
+    /// Why it is stored so: "POSITION gets 14 bits, as the options say". `None` if there is no such attribute.
+    pub fn reason(&self, attribute: usize) -> Option<String> {
+        // SAFETY: the handle is valid, and the text belongs to it.
+        unsafe {
+            let reason = sys::psplit_encoded_reason(self.0.as_ptr(), number(attribute));
+            (!reason.is_null()).then(|| text_of(reason))
+        }
+    }
+
+    /// What glTF's JSON says about the mesh: an object with `primitive`, `accessors`, which get the numbers from
+    /// `first_accessor` on, and `extensions`, the names that are used and required. The bytes are in the buffer view of the
+    /// number `buffer_view`.
+    pub fn gltf_json(&self, first_accessor: u32, buffer_view: u32) -> Result<String, Error> {
+        // SAFETY: the handle is valid, and the place for the result is a pointer.
+        let mut bytes = output(|made, error| unsafe {
+            sys::psplit_encoded_write_json(self.0.as_ptr(), first_accessor, buffer_view, made, error)
+        })?;
+        bytes.pop(); // the zero that ends the text
+        Ok(String::from_utf8(bytes).expect("JSON is UTF-8"))
+    }
+
+    /// A whole `.glb` file with the mesh in a scene, without a material.
+    pub fn to_glb(&self) -> Result<Vec<u8>, Error> {
+        // SAFETY: the handle is valid, and the place for the result is a pointer.
+        output(|made, error| unsafe { sys::psplit_encoded_write_glb(self.0.as_ptr(), made, error) })
+    }
+}
+
+/// A copy of the bytes that a function of C makes.
+fn output(
+    call: impl FnOnce(*mut *mut sys::psplit_output, *mut sys::psplit_error) -> sys::psplit_code,
+) -> Result<Vec<u8>, Error> {
+    let mut made = null_mut();
+    checked(|error| call(&mut made, error))?;
+    // SAFETY: the handle was made, and is freed when its bytes are copied. They are never empty, so their pointer is not null.
+    unsafe {
+        let data = sys::psplit_output_data(made).cast::<u8>();
+        let bytes = std::slice::from_raw_parts(data, sys::psplit_output_size(made)).to_vec();
+        sys::psplit_output_free(made);
+        Ok(bytes)
     }
 }

@@ -223,6 +223,30 @@ fn encodes_and_decodes_again() {
 }
 
 #[test]
+fn writes_gltf_and_says_how_attributes_are_stored() {
+    let grid = Grid::new(30);
+    let encoded = match grid.encoded(&EncodeOptions::default()) {
+        Some(encoded) => encoded,
+        None => return,
+    };
+    let glb = encoded.to_glb().unwrap();
+    let mesh = Gltf::open(&glb).unwrap().open_primitive(0, 0).unwrap();
+    let decoded = mesh.decode(&Run::serial()).unwrap();
+    assert_eq!(decoded, open(&encoded).decode(&Run::serial()).unwrap());
+    let json = encoded.gltf_json(5, 2).unwrap();
+    assert!(
+        json.starts_with("{\"primitive\":{\"attributes\":{\"POSITION\":5,\"TEXCOORD_0\":6},\"indices\":7"),
+        "{}",
+        json
+    );
+    assert!(json.contains("\"bufferView\":2"), "{}", json);
+    assert_eq!((encoded.quantization(0).unwrap().bits, encoded.quantization(1).unwrap().bits), (14, 0));
+    assert_eq!(encoded.reason(0).unwrap(), "POSITION gets 14 bits, as the options say");
+    assert_eq!(encoded.reason(1).unwrap(), "TEXCOORD_0 is kept exactly, as its bits say");
+    assert_eq!((encoded.reason(2), encoded.quantization(2).unwrap_err().code()), (None, ErrorCode::Usage));
+}
+
+#[test]
 fn decodes_draco_files() {
     let grid = Grid::new(30);
     let options = EncodeOptions { kind: Some(Kind::Draco), ..Default::default() };

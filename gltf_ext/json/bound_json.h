@@ -1,0 +1,12 @@
+// The bounds of an accessor.
+#pragma once
+
+#include "gltf_ext/json/json_fwd.h"
+#include "psplit/mesh.h"
+
+namespace psplit {
+
+// Bounds of values of that type as numbers of JSON: those of floats are floats.
+Json bound_json(Span<const double> values, ComponentType type);
+
+}  // namespace psplit
