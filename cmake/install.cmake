@@ -29,7 +29,7 @@ if(TARGET psplit_draco_override)
   install(TARGETS psplit_draco_override LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endif()
 # Blender and Unity load these by their paths (docs/c.md).
-foreach(plugin psplit_blender_package psplit_unity_package)
+foreach(plugin psplit_blender_package psplit_unity_package psplit_unity_5_package)
   if(TARGET ${plugin})
     install(TARGETS ${plugin} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/psplit)
   endif()

@@ -111,7 +111,7 @@ function(psplit_exporting target type name map objects)
     set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${map})
   endif()
 endfunction()
-# psplit::c, with versions of what it exports; libextern_draco.so, for Blender; and libdracodec_unity.so.
+# psplit::c, with versions of what it exports; libextern_draco.so, for Blender; libdracodec_unity.so and libdraco_unity.so.
 if(PSPLIT_BUILD_C)
   set(objects psplit_decoder)
   if(PSPLIT_BUILD_ENCODER)
@@ -130,9 +130,16 @@ if(PSPLIT_BUILD_C AND PROJECT_IS_TOP_LEVEL)
     psplit_exporting(psplit_blender_package MODULE extern_draco bindings/c/blender/bridge.map
                      "psplit_blender;${objects}" ${libdraco})
   endif()
+  # For DracoUnity 4, and for com.unity.cloud.draco 5.
   psplit_exporting(psplit_unity_package MODULE dracodec_unity bindings/c/unity/plugin.map "psplit_unity;psplit_decoder")
+  set(unity psplit_unity_package)
+  if(PSPLIT_BUILD_ENCODER)
+    psplit_exporting(psplit_unity_5_package MODULE draco_unity bindings/c/unity/draco_unity.map
+                     "psplit_unity;psplit_unity_encoder;${objects}" ${libdraco})
+    list(APPEND unity psplit_unity_5_package)
+  endif()
   if(APPLE) # the names that Blender's add-on and Unity look for
-    set_target_properties(psplit_unity_package PROPERTIES PREFIX "" SUFFIX .bundle)
+    set_target_properties(${unity} PROPERTIES PREFIX "" SUFFIX .bundle)
     if(TARGET psplit_blender_package)
       set_target_properties(psplit_blender_package PROPERTIES SUFFIX .dylib)
     endif()

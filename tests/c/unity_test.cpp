@@ -1,7 +1,9 @@
 // The functions for Unity's package give libdraco's values, in Unity's coordinates if they are asked to.
+#include <algorithm>
 #include <cstring>
 #include <memory>
 
+#include "bindings/c/unity/encoder.h"
 #include "bindings/c/unity/plugin.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
@@ -15,9 +17,13 @@ using Bytes = std::vector<uint8_t>;
 // A decoded mesh, as the package holds it. Null if it does not decode.
 struct UnityMesh {
   explicit UnityMesh(const Bytes& bytes) {
-    void *decoder = &mesh, *buffer = &mesh;
+    void *decoder = nullptr, *buffer = nullptr;
     code = DecodeDracoMeshStep1(reinterpret_cast<const char*>(bytes.data()),
                                 static_cast<uint32_t>(bytes.size()), &mesh, &decoder, &buffer);
+    if (code == 0) {
+      EXPECT_NE(decoder, nullptr);  // the package asserts it
+      EXPECT_NE(buffer, nullptr);
+    }
     if (code == 0) code = DecodeDracoMeshStep2(&mesh, decoder, buffer);
   }
   ~UnityMesh() {
@@ -170,6 +176,108 @@ TEST(UnityPlugin, RefusesWhatItCannotDo) {
   ReleaseDracoAttribute(&attribute);
   ReleaseDracoData(&values);
   ReleaseDracoMesh(nullptr);
+}
+
+struct ReleaseEncoder {
+  void operator()(UnityEncoder* encoder) const { dracoEncoderRelease(encoder); }
+};
+using OwnedEncoder = std::unique_ptr<UnityEncoder, ReleaseEncoder>;
+
+// A square of four vertices, each with a position, two bytes of a gap and a joint index, as Unity has them.
+struct UnityVertex {
+  float position[3];
+  uint16_t joint, gap;
+};
+constexpr UnityVertex kVertices[] = {
+    {{0, 0, 1}, 7, 1}, {{1, 0, 2}, 8, 1}, {{0, 1, 3}, 9, 1}, {{1, 1, 4}, 300, 1}};
+constexpr uint16_t kIndices[] = {0, 1, 2, 2, 1, 3};
+
+OwnedEncoder encoder_of_square(bool flip) {
+  OwnedEncoder encoder(dracoEncoderCreate(4));
+  constexpr int32_t kPosition = 0, kGeneric = 4, kUint16 = 4, kFloat = 9;
+  EXPECT_EQ(dracoEncoderSetAttribute(encoder.get(), kPosition, kFloat, 3, sizeof(UnityVertex), flip, kVertices),
+            0u);
+  EXPECT_EQ(dracoEncoderSetAttribute(encoder.get(), kGeneric, kUint16, 1, sizeof(UnityVertex), false,
+                                     &kVertices[0].joint),
+            1u);
+  EXPECT_TRUE(dracoEncoderSetIndices(encoder.get(), kUint16, 6, flip, kIndices));
+  dracoEncoderSetQuantizationBits(encoder.get(), 0, 0, 0, 0, 0);
+  return encoder;
+}
+
+TEST(UnityEncoder, EncodesWhatThePluginDecodes) {
+  for (const bool flip : {false, true})
+    for (const bool keeps_order : {false, true}) {
+      const OwnedEncoder encoder = encoder_of_square(flip);
+      dracoEncoderSetCompressionSpeed(encoder.get(), 0, 4);
+      EXPECT_EQ(dracoEncoderGetByteLength(encoder.get()), 0u);
+      ASSERT_TRUE(dracoEncoderEncode(encoder.get(), keeps_order));
+      EXPECT_EQ(dracoEncoderGetEncodedVertexCount(encoder.get()), 4u);
+      EXPECT_EQ(dracoEncoderGetEncodedIndexCount(encoder.get()), 6u);
+      Bytes bytes(dracoEncoderGetByteLength(encoder.get()));
+      dracoEncoderCopy(encoder.get(), bytes.data());
+      void* data = nullptr;
+      uint64_t size = 0;
+      dracoEncoderGetEncodeBuffer(encoder.get(), &data, &size);
+      ASSERT_EQ(size, bytes.size());
+      EXPECT_EQ(std::memcmp(data, bytes.data(), bytes.size()), 0);
+      const UnityMesh unity(bytes);
+      ASSERT_EQ(unity.code, 0);
+      uint32_t indices[6];
+      ASSERT_TRUE(GetMeshIndices(unity.mesh, 6, indices, 6, flip));
+      DracoAttribute* attributes[2] = {};
+      ASSERT_TRUE(GetAttributeByUniqueId(unity.mesh, 0, &attributes[0]));
+      ASSERT_TRUE(GetAttributeByUniqueId(unity.mesh, 1, &attributes[1]));
+      const Bytes positions = must(data_of(unity.mesh, attributes[0], flip, 3, sizeof(float)));
+      const Bytes joints = must(data_of(unity.mesh, attributes[1], false, 1, sizeof(uint16_t)));
+      // Each corner has the vertex that it had; in a sequential stream also its number.
+      size_t found = 0;
+      for (const uint32_t index : indices) {
+        uint16_t joint = 0;
+        std::memcpy(&joint, &joints[index * sizeof(joint)], sizeof(joint));
+        for (const UnityVertex& vertex : kVertices)
+          if (vertex.joint == joint)
+            found += std::memcmp(&positions[index * sizeof(vertex.position)], vertex.position,
+                                 sizeof(vertex.position)) == 0;
+      }
+      EXPECT_EQ(found, 6u);
+      if (keeps_order) {
+        EXPECT_TRUE(std::equal(std::begin(indices), std::end(indices), std::begin(kIndices)));
+      }
+      for (DracoAttribute*& attribute : attributes) ReleaseDracoAttribute(&attribute);
+    }
+}
+
+TEST(UnityEncoder, FlipsCoordinates) {
+  const OwnedEncoder encoder = encoder_of_square(true);
+  ASSERT_TRUE(dracoEncoderEncode(encoder.get(), 1));
+  Bytes bytes(dracoEncoderGetByteLength(encoder.get()));
+  dracoEncoderCopy(encoder.get(), bytes.data());
+  const RawMesh mesh = must(decode_with_libdraco(bytes));
+  EXPECT_EQ(mesh.faces[0], (std::array<uint32_t, 3>{0, 2, 1}));
+  float x = 0;
+  std::memcpy(&x, &mesh.attributes[0].point_values[3 * sizeof(float)], sizeof(x));
+  EXPECT_EQ(x, -1);
+}
+
+TEST(UnityEncoder, RefusesWhatItCannotDo) {
+  constexpr int32_t kFloat = 9, kFloat64 = 10, kUint32 = 6;
+  OwnedEncoder encoder = encoder_of_square(false);
+  EXPECT_EQ(dracoEncoderSetAttribute(encoder.get(), 1, kFloat64, 3, 24, false, kVertices), 0xffffffffu);
+  EXPECT_FALSE(dracoEncoderEncode(encoder.get(), 0));
+  encoder = encoder_of_square(false);
+  EXPECT_FALSE(dracoEncoderSetIndices(encoder.get(), kFloat, 6, false, kIndices));
+  EXPECT_FALSE(dracoEncoderEncode(encoder.get(), 0));
+  encoder = encoder_of_square(false);
+  const uint32_t far[] = {0, 1, 9};
+  EXPECT_TRUE(dracoEncoderSetIndices(encoder.get(), kUint32, 3, false, far));
+  EXPECT_FALSE(dracoEncoderEncode(encoder.get(), 0));
+  const OwnedEncoder cloud(dracoEncoderCreatePointCloud(4));
+  dracoEncoderSetAttribute(cloud.get(), 0, kFloat, 3, sizeof(UnityVertex), false, kVertices);
+  EXPECT_FALSE(dracoEncoderEncode(cloud.get(), 0));
+  EXPECT_FALSE(dracoEncoderEncode(nullptr, 0));
+  EXPECT_EQ(dracoEncoderGetByteLength(nullptr), 0u);
+  dracoEncoderRelease(nullptr);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "bindings/c/no_throw.h"
+#include "bindings/c/unity/flip.h"
 #include "psplit/decode.h"
 
 namespace {
@@ -37,14 +38,6 @@ bool find_attribute(const DracoMesh* mesh, DracoAttribute** attribute, IsWanted 
 }
 
 template <typename T>
-void flip_value(T* value, uint32_t components) {
-  const auto negate = [](T& component) { component = static_cast<T>(-component); };
-  if (components == 2) value[1] = static_cast<T>(1 - value[1]);
-  if (components == 3) negate(value[0]);
-  if (components == 4) negate(value[1]), negate(value[2]);
-}
-
-template <typename T>
 std::unique_ptr<char[]> copy_values(const GeometryAttribute& attribute, uint32_t point_count, uint32_t stride,
                                     bool flip) {
   const uint32_t components = attribute.description.components, bytes = components * sizeof(T);
@@ -52,7 +45,7 @@ std::unique_ptr<char[]> copy_values(const GeometryAttribute& attribute, uint32_t
   for (uint32_t point = 0; point < point_count; ++point) {
     T value[4];
     std::memcpy(value, attribute.values.data() + size_t{point} * bytes, bytes);
-    if (flip) flip_value(value, components);
+    if (flip) psplit::unity::flip_value(value, components);
     std::memcpy(values.get() + size_t{point} * stride * sizeof(T), value, bytes);
   }
   return values;
@@ -92,7 +85,7 @@ int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh
         psplit::decode_geometry({reinterpret_cast<const uint8_t*>(data), length});
     if (!decoded) return kBadStream;
     auto geometry = std::make_unique<DracoGeometry>(std::move(*decoded));
-    *decoder = *buffer = nullptr;
+    *decoder = *buffer = geometry.get();
     give(mesh, {static_cast<int32_t>(geometry->faces.size()), static_cast<int32_t>(geometry->point_count),
                 static_cast<int32_t>(geometry->attributes.size()), psplit::is_cloud(geometry->coding),
                 geometry.get()});

@@ -1,6 +1,7 @@
-// The functions that Unity's package Draco (com.unity.cloud.draco, and DracoUnity 4 before it) loads from its
-// native library. libdracodec_unity.so, which is built here, takes the place of that library. Names, structs
-// and meanings are the package's, which calls them in this order:
+// The functions that Unity's package Draco loads from its native library. com.unity.cloud.draco 5 loads
+// libdraco_unity.so, with an encoder (encoder.h); DracoUnity 4 loads libdracodec_unity.so. Both are built here,
+// and take the place of these libraries. Names, structs and meanings are the package's, which calls them in
+// this order:
 //
 //   DecodeDracoMeshStep1, which decodes everything, DecodeDracoMeshStep2, which has nothing left to do
 //   GetAttributeByType or GetAttributeByUniqueId for each attribute
@@ -39,7 +40,8 @@ struct DracoData {
 };
 
 // Decodes a mesh or a point cloud of bitstream 2.2. The bytes are not read after the call. Returns 0; -1 for
-// pointers that are not as above, -4 for a stream that does not decode. `decoder` and `buffer` become null.
+// pointers that are not as above, -4 for a stream that does not decode. The package asserts that `decoder` and
+// `buffer` are not null, and only gives them to DecodeDracoMeshStep2: both become a pointer that nobody frees.
 PSPLIT_UNITY int32_t DecodeDracoMeshStep1(const char* data, uint32_t length, DracoMesh** mesh, void** decoder,
                                           void** buffer);
 PSPLIT_UNITY int32_t DecodeDracoMeshStep2(DracoMesh** mesh, void* decoder, void* buffer);
