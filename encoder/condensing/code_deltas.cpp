@@ -120,8 +120,8 @@ class DeltaWriter {
     run_ = 0;
   }
 
-  std::span<const uint32_t> truth_;   // by place, then by word of rows
-  std::span<const int32_t> deltas_;   // by place, row and component
+  std::span<const uint32_t> truth_;  // by place, then by word of rows
+  std::span<const int32_t> deltas_;  // by place, row and component
   const uint32_t* flags_ = nullptr;
   const int32_t* row_deltas_ = nullptr;
   CodedDeltas& out_;
@@ -234,8 +234,9 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
     if (square == 0) continue;
     const double factor = static_cast<double>(product) / static_cast<double>(square);
     constexpr double kMostFactor = 512;
-    const Choice choice{factor * static_cast<double>(product), r,
-                        static_cast<int32_t>(std::floor(std::clamp(kDeltaOne * factor, -kMostFactor, kMostFactor) + 0.5))};
+    const Choice choice{
+        factor * static_cast<double>(product), r,
+        static_cast<int32_t>(std::floor(std::clamp(kDeltaOne * factor, -kMostFactor, kMostFactor) + 0.5))};
     if (choice.gain > best[0].gain)
       best = {choice, best[0]};
     else if (choice.gain > best[1].gain)
@@ -247,8 +248,8 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
     if (choice.factor == 0) continue;
     uint64_t cost = kHeadCost;
     for (const Entry& entry : entries)
-      cost += cost_of_correction(entry.correction -
-                                 part_of(choice.factor, entry.row[choice.reference].of(is_even)[entry.component]));
+      cost += cost_of_correction(
+          entry.correction - part_of(choice.factor, entry.row[choice.reference].of(is_even)[entry.component]));
     if (cost >= least) continue;
     least = cost;
     model.reference = static_cast<uint16_t>(choice.reference);
@@ -256,7 +257,8 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
   }
 }
 
-CodedDeltas code_deltas(const DecodedSource& source, std::span<const core::DeltaModel> deltas, bool has_places) {
+CodedDeltas code_deltas(const DecodedSource& source, std::span<const core::DeltaModel> deltas,
+                        bool has_places) {
   CodedDeltas coded;
   const DeltaOrder order(source);
   const uint32_t vertex_count = order.sequence().count;
@@ -341,7 +343,8 @@ DeltaTables delta_tables(const DeltaCounts& counts) {
   }
   uint32_t count = 0;
   for (uint32_t n = 1; n <= kMostDeltaTables; ++n)
-    if (best[n][kLevels].bits >= 0 && (count == 0 || best[n][kLevels].bits < best[count][kLevels].bits)) count = n;
+    if (best[n][kLevels].bits >= 0 && (count == 0 || best[n][kLevels].bits < best[count][kLevels].bits))
+      count = n;
   for (uint32_t end = kLevels; count > 0; --count) {
     const uint32_t begin = best[count][end].begin;
     TokenCounts sum{};

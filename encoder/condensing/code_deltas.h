@@ -15,7 +15,8 @@ std::vector<core::DeltaModel> possible_deltas(const DecodedSource& source, const
 class DeltaSample {
  public:
   // Adds every `every`-th vertex of a stream. has_places: its first attribute is in order of creation.
-  void add(const DecodedSource& source, std::span<const core::DeltaModel> deltas, bool has_places, uint32_t every);
+  void add(const DecodedSource& source, std::span<const core::DeltaModel> deltas, bool has_places,
+           uint32_t every);
   void append(DeltaSample&& other);
   // Sets the weights and the reference of each attribute.
   void choose(std::span<core::DeltaModel> deltas, const ThreadPool& pool) const;

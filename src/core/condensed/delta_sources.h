@@ -114,7 +114,9 @@ PSPLIT_HD inline DeltaWeights affine_delta_weights(int32_t (*places)[3], uint32_
     constexpr int64_t kMostShare = int64_t{1} << 24;
     const int64_t along = plane[0] * places[n][0] + plane[1] * places[n][1] + plane[2] * places[n][2];
     const int64_t share = (q[n] * (65536 - along)) >> 6;
-    shares[n] = static_cast<int32_t>(share < -kMostShare ? -kMostShare : share > kMostShare ? kMostShare : share);
+    shares[n] = static_cast<int32_t>(share < -kMostShare  ? -kMostShare
+                                     : share > kMostShare ? kMostShare
+                                                          : share);
   }
   return delta_weights(shares, count);
 }
@@ -156,14 +158,16 @@ class DeltaSourceSearch {
     if (corner == kNone<Index>)
       while ((corner = table_.swing_right(corner == kNone<Index> ? start : corner)) != kNone<Index>)
         add_face(corner, i, found);
-    if (found.count == 0 && i > 0) found.place[0] = static_cast<Index>(i - 1), found.count = found.neighbours = 1;
+    if (found.count == 0 && i > 0)
+      found.place[0] = static_cast<Index>(i - 1), found.count = found.neighbours = 1;
     find_weights(i, found);
     return found;
   }
 
  private:
   PSPLIT_HD void add_face(Index corner, uint32_t i, DeltaSources<Index>& found) const {
-    const uint32_t a = order_.rank[table_.vertex[next(corner)]], b = order_.rank[table_.vertex[previous(corner)]];
+    const uint32_t a = order_.rank[table_.vertex[next(corner)]],
+                   b = order_.rank[table_.vertex[previous(corner)]];
     if (a < i) add(a, 1, found);
     if (b < i) add(b, 1, found);
     const Index across = table_.opposite[corner];

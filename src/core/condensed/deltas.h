@@ -4,7 +4,8 @@
 //
 // Vertices are coded in the order of creation, backward, and at each vertex all deltas:
 //
-//   flags         whether the delta is 0. Where all sources (delta_sources.h) that are neighbours agree, so does
+//   flags         whether the delta is 0. Where all sources (delta_sources.h) that are neighbours agree, so
+//   does
 //                 nearly every vertex: runs count those that agree. Elsewhere a flag is a bit.
 //   remainders    of a delta that is not 0. A delta minus the multiple of another one that it resembles, its
 //                 reference, is a remainder. It is predicted from those of the sources, by weights.
@@ -132,7 +133,8 @@ PSPLIT_HD constexpr uint32_t level_of_mean(uint32_t mean) {
 inline constexpr uint32_t kMeanSizes = 4 * kMostDeltaSize + 1;
 struct DeltaLevels {
   constexpr DeltaLevels() {
-    for (uint32_t mean = 0; mean < kMeanSizes; ++mean) of_mean[mean] = static_cast<uint8_t>(level_of_mean(mean));
+    for (uint32_t mean = 0; mean < kMeanSizes; ++mean)
+      of_mean[mean] = static_cast<uint8_t>(level_of_mean(mean));
   }
   uint8_t of_mean[kMeanSizes] = {};
 };
@@ -154,7 +156,8 @@ struct DeltaItem {
 
 // Codes the deltas of vertex after vertex. A coder reads them, or writes them:
 //
-//   flags(sure, expected, mixed)   the flags of 32 rows: those in `sure` are as in `expected`, unless a run ends
+//   flags(sure, expected, mixed)   the flags of 32 rows: those in `sure` are as in `expected`, unless a run
+//   ends
 //                                  there; those in `mixed` are bits
 //   begin(items, count)            a vertex has so many deltas that are not 0
 //   corrections(n, item, predicted)   of the delta of item n, which is predicted with its reference
@@ -275,7 +278,7 @@ class DeltaCoding {
 
   View<DeltaRow> rows_;
   View<DeltaSources<Index>> sources_;
-  View<uint32_t> flags_;  // bits, by word
+  View<uint32_t> flags_;       // bits, by word
   View<DeltaRecord> records_;  // behind those of vertices are zeros
   // Of the vertex that is coded: the deltas that are not 0, by row; the list of them, and what predicts them.
   View<DeltaValues> deltas_, predicted_;
@@ -357,8 +360,8 @@ class DeltaReader {
 template <typename Index>
 class DeltaDecoder {
  public:
-  // Reads which of them are not 0 everywhere, and the lengths of the sections, whose sum is added to `at`: there
-  // they begin in the stream.
+  // Reads which of them are not 0 everywhere, and the lengths of the sections, whose sum is added to `at`:
+  // there they begin in the stream.
   PSPLIT_HD Fault read(const CondensedStream& stream, CondensedNumbers& numbers, NumberKind& bytes,
                        const Patch<Index>& patch, Arena& arena) {
     count_ = stream.models.delta_count(stream.attribute_count);
@@ -468,7 +471,7 @@ class DeltaDecoder {
   }
 
  private:
-  uint32_t count_ = 0;  // of attributes
+  uint32_t count_ = 0;     // of attributes
   View<uint16_t> row_of_;  // by attribute of deltas; kNoReference if all of its deltas are 0
   View<DeltaRow> rows_;
   uint32_t section_bytes_[kDeltaSections] = {};
