@@ -295,6 +295,7 @@ var DracoDecoderModule = (() => {
           const metadata = bytes[10] >= 128 ? metadata_of(mesh, bytes.length) : [];
           if (metadata !== undefined) {
             mesh.metadata_ = metadata;
+            memory.make_room(room_for(mesh));
             return new Status();
           }
           mesh.clear_();
@@ -411,6 +412,10 @@ var DracoDecoderModule = (() => {
       }
     }
 
+    // What a page allocates if it asks for all faces and values at once.
+    const kMostBlockBytes = 64;  // of a block besides its content
+    const room_for = ({ counts_: [face_count, point_count], attributes_: attributes }) => 12 * face_count + kMostBlockBytes +
+      attributes.reduce((sum, { components_ }) => sum + 4 * components_ * point_count + kMostBlockBytes, 0);
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
     // Has something written to `out`, which is memory of _malloc. It may lie in another instance than the mesh.
     function write(mesh, out, size, write_to) {
