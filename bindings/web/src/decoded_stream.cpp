@@ -49,7 +49,10 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   const auto most = static_cast<size_t>(core::justified_bytes(size));
   core::Arena arena(stream->memory_.get(), kFirstBytes, most, grow);
   const Fault fault = decode_stream(*header, arena, stream->patch_);
-  if (fault != Fault::kNone) return status_of(fault);
+  if (fault != Fault::kNone) {
+    stream.reset();  // before a message takes memory behind it
+    return status_of(fault);
+  }
   resize(stream->memory_.get(), arena.mark());
   stream->close_up_faces();
   return stream;
