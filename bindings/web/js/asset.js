@@ -23,7 +23,7 @@ async function fetch_bytes(url, signal) {
     }
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`HTTP status ${response.status}`);
-    return new Uint8Array(await response.arrayBuffer());
+    return new Uint8Array(await response.arrayBuffer().catch(({ message }) => { throw new Error(`it ended early (${message})`); }));
   } catch (error) {
     if (signal.aborted) throw ended();
     throw new PsplitError(`${url} cannot be loaded: ${error.message}`, 'failed');
@@ -41,13 +41,13 @@ function parse(bytes) {
     }
   };
   if (bytes.length < 20 || view.getUint32(0, true) !== kGlb) return { json: json_of(bytes) };
-  const version = view.getUint32(4, true), end = Math.min(bytes.length, view.getUint32(8, true)), chunks = new Map();
+  const version = view.getUint32(4, true), length = view.getUint32(8, true), end = Math.min(bytes.length, length), chunks = new Map();
   if (version !== 2) throw new PsplitError(`the GLB has version ${version}`, 'unsupported');
   for (let at = 12; at + 8 <= end;) {
-    const length = view.getUint32(at, true), kind = view.getUint32(at + 4, true);
-    if (at + 8 + length > end) throw invalid('the GLB ends early');
-    if (!chunks.has(kind)) chunks.set(kind, bytes.subarray(at + 8, at + 8 + length));
-    at += 8 + length + (-length & 3);
+    const chunk_bytes = view.getUint32(at, true), kind = view.getUint32(at + 4, true);
+    if (at + 8 + chunk_bytes > end) throw invalid(`the GLB ends early: ${bytes.length} of ${length} bytes`);
+    if (!chunks.has(kind)) chunks.set(kind, bytes.subarray(at + 8, at + 8 + chunk_bytes));
+    at += 8 + chunk_bytes + (-chunk_bytes & 3);
   }
   if (!chunks.has(kJsonChunk)) throw invalid('the GLB has no JSON');
   return { json: json_of(chunks.get(kJsonChunk)), binary: chunks.get(kBinaryChunk) };
@@ -175,8 +175,10 @@ class Asset {
     const meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
     if (meshopt !== undefined) throw new PsplitError(`buffer view ${i} has ${meshopt}`, 'unsupported');
     const bytes = await this.#buffer(buffer);
-    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length))
-      throw invalid(`buffer view ${i} is not in its buffer`);
+    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length)) {
+      const { byteLength: all } = this.#json.buffers[buffer];
+      throw invalid(bytes.length < all ? `buffer ${buffer} ends early: ${bytes.length} of ${all} bytes` : `buffer view ${i} is not in its buffer`);
+    }
     return bytes.subarray(byteOffset, byteOffset + byteLength);
   }
   #buffer(i) {

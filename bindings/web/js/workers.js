@@ -2,7 +2,7 @@
 // Workers start when tasks come, and end when they were idle for a while. Every task settles: if a worker fails, its task rejects,
 // and all workers of the task are replaced.
 import { error_from_data, PsplitError } from './error.js';
-import { check_signal } from './job.js';
+import { check_signal, on_abort } from './job.js';
 import { is_node, node_module } from './node.js';
 
 const kDefaultWorkers = 4;
@@ -127,11 +127,11 @@ export class Workers {
       const task = make_task(this.#next_id++);
       const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
       const settle = (how) => (value) => {
-        signal?.removeEventListener('abort', abort);
+        let_go();
         how(value);
       };
       task.resolve = settle(resolve), task.reject = settle(reject);
-      signal?.addEventListener('abort', abort);
+      const let_go = on_abort(signal, abort);
       this.#waiting.push(task);
       // Jobs that come together share the workers.
       queueMicrotask(() => this.#advance());
