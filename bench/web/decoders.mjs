@@ -53,10 +53,10 @@ const three_module = () => new Function('require', '__dirname',
   `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
   { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) });
 
-const by_instance = (name, stored, kind) => ({ name, stored, async create() {
+const by_instance = (name, stored, kind, wasm = 'psplit.wasm') => ({ name, stored, async create() {
   const [{ Instance }, { decode_alone }, { make_job }] = await Promise.all(['instance.js', 'container_job.js', 'job.js']
     .map((file) => load(in_package(file))));
-  const instance = new Instance(await WebAssembly.compile(readFileSync(in_package('psplit.wasm'))));
+  const instance = new Instance(await WebAssembly.compile(readFileSync(in_package(wasm))));
   return { memory: () => instance.memory_bytes, run({ bytes, attributes }) {
     const job = make_job(kind, bytes, { attributes });
     if (kind === 'draco') instance.decode_draco(job.bytes, job.attributes);
@@ -89,7 +89,7 @@ export async function calling_thread(rival_files) {
     by_interface('psplit/draco', () => require_module(in_package('draco/draco_wasm_wrapper.js'))()),
     by_instance('psplit, one stream', 'stock', 'draco'),
     by_instance('psplit, patches', 'patches', 'container'),
-    by_instance('psplit, condensed', 'condensed', 'container'),
+    by_instance('psplit, condensed', 'condensed', 'container', 'psplit_condensed.wasm'),
     meshoptimizer,
   ];
 }

@@ -70,7 +70,7 @@ test('memory has room for the values of a decoded mesh', async () => {
   const { length } = draco.HEAPU8, sizes = [12 * mesh.num_faces(), ...Array.from({ length: mesh.num_attributes() }, (_, i) =>
     4 * mesh.num_points() * new draco.Decoder().GetAttribute(mesh, i).num_components())];
   assert.ok(length > 16 * 2 ** 20);
-  for (const size of sizes) draco._malloc(size);
+  for (const size of sizes) draco._free(draco._malloc(size));
   assert.equal(draco.HEAPU8.length, length);
 });
 

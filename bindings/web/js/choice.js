@@ -1,10 +1,11 @@
 // Patches that a caller chooses, and the bytes of a file that they need. Pages load this when they choose patches.
 import { ArrivingBytes, fetched, is_file } from './arriving.js';
-import { front_bytes, joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './container.js';
+import { joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './container.js';
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
+import { front_bytes } from './head.js';
 import { Decoder } from './instance.js';
-import { on_abort } from './job.js';
+import { on_abort, or_abort } from './job.js';
 import { with_arrays } from './part.js';
 import { array_of } from './types.js';
 
@@ -183,13 +184,6 @@ function decoder_of(module) {
   return decoders.get(module);
 }
 
-// Settles as the promise, or rejects when the signal aborts.
-const or_abort = (promise, signal) => new Promise((resolve, reject) => {
-  const abort = () => reject(new PsplitError('aborted', 'aborted'));
-  if (signal.aborted) abort();
-  Promise.resolve(promise).then(resolve, reject).finally(on_abort(signal, abort));
-});
-
 function checked(given, patch_count) {
   if (typeof given[Symbol.iterator] !== 'function') throw invalid('`choose` returned no list of patches');
   const chosen = [...given], seen = new Set();
@@ -208,15 +202,16 @@ export const empty_mesh = (attributes) => ({ faceCount: 0, pointCount: 0, patchC
 /**
  * Asks choose() about a container, and asks for the bytes that the chosen patches need. Resolves to null if the whole container is
  * wanted; otherwise to { chosen, parts }, the numbers of the patches and what a job with `chosen` gets, as it arrives.
- * @param {WebAssembly.Module} module
+ * @param {(front: Uint8Array) => Promise<WebAssembly.Module>} module_for what decodes a container
  * @param {{ file: RangedFile | ArrivingBytes, begin: number, end: number }} place of the container
  * @param {(counts: ContainerCounts) => object} check returns what choose() is told besides; throws if the container does not fit
  */
-export async function planned(module, { file, begin, end }, choose, check, signal) {
-  const read = (from, to) => file.bytes(Math.min(end, begin + from), Math.min(end, begin + to)), decoder = decoder_of(module);
+export async function planned(module_for, { file, begin, end }, choose, check, signal) {
+  const read = (from, to) => file.bytes(Math.min(end, begin + from), Math.min(end, begin + to));
   let front = await read(0, kFrontBytes);
   const front_length = front_bytes(front);
   if (front.length < front_length) front = joined([front, await read(front.length, front_length)]);
+  const decoder = decoder_of(await module_for(front));
   const { counts, has_borders, stream_bytes, face_counts, stitch_at, streams_at } = decoder.with_outline(front, (container) => {
     const bytes = container.column(kStreamBytes), length = container.front_length + sum(container.column(kStitchBytes));
     if (end !== Infinity && begin + length + sum(bytes) !== end) throw wrong_length();

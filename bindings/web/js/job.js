@@ -37,6 +37,13 @@ export function on_abort(signal, abort) {
   };
 }
 
+/** Settles as the promise, or rejects when the signal aborts. */
+export const or_abort = (promise, signal) => new Promise((resolve, reject) => {
+  const abort = () => reject(new PsplitError('aborted', 'aborted'));
+  if (signal?.aborted) abort();
+  Promise.resolve(promise).then(resolve, reject).finally(on_abort(signal, abort));
+});
+
 /** A signal that aborts with others (null and undefined are left out) and when end() is called, which lets go of them. */
 export function signal_of(...others) {
   const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();

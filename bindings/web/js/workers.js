@@ -71,7 +71,7 @@ export class Workers {
   #may_run_here;
   #module;
   #waiting = [];
-  // { worker, is_up, is_here, task, timer }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  // { worker, is_up, is_here, task, timer, module }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
   #members = new Set();
   #next_id = 0;
   #is_disposed = false;
@@ -165,7 +165,7 @@ export class Workers {
   }
 
   async #start(is_here = false) {
-    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined };
+    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined, module: undefined };
     this.#members.add(member);
     try {
       const module = this.load();  // at the same time as the worker
@@ -189,6 +189,11 @@ export class Workers {
       member.worker.hold();
     }
     try {
+      for (const member of members) {
+        if (task.module === undefined || member.module === task.module) continue;
+        member.worker.post({ other_module: task.module });
+        member.module = task.module;
+      }
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
       if (task.source !== undefined) this.#feed(task, members[0]);

@@ -412,10 +412,9 @@ var DracoDecoderModule = (() => {
       }
     }
 
-    // What a page allocates if it asks for all faces and values at once.
-    const kMostBlockBytes = 64;  // of a block besides its content
-    const room_for = ({ counts_: [face_count, point_count], attributes_: attributes }) => 12 * face_count + kMostBlockBytes +
-      attributes.reduce((sum, { components_ }) => sum + 4 * components_ * point_count + kMostBlockBytes, 0);
+    // The most that a page allocates for the faces or for an attribute. Loaders free it before they ask for the next one.
+    const room_for = ({ counts_: [face_count, point_count], attributes_: attributes }) =>
+      Math.max(12 * face_count, ...attributes.map(({ components_ }) => 4 * components_ * point_count));
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
     // Has something written to `out`, which is memory of _malloc. It may lie in another instance than the mesh.
     function write(mesh, out, size, write_to) {
