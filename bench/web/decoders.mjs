@@ -19,6 +19,7 @@ const in_modules = (name) => path.join(modules_folder, 'node_modules', name);
 const in_package = (name) => path.join(package_folder, name);
 const require_module = createRequire(path.join(modules_folder, 'package.json'));
 const load = (file) => import(pathToFileURL(file));
+const { array_of } = await load(in_package('types.js'));
 const of_three = in_modules('three/examples/jsm/libs/draco/gltf/');
 
 // By the calls that DRACOLoader makes.
@@ -34,9 +35,9 @@ function decode_by_interface(draco, { bytes, attributes }) {
     return array;
   };
   copied(12 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at));
-  for (const { uniqueId, componentCount } of attributes)
-    copied(4 * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
-      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco.DT_FLOAT32, size, at));
+  for (const { uniqueId, componentCount, type } of attributes)
+    copied(array_of(type).BYTES_PER_ELEMENT * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
+      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco[`DT_${type.toUpperCase()}`], size, at));
   draco.destroy(mesh);
   draco.destroy(decoder);
 }

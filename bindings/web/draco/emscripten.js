@@ -46,6 +46,8 @@
     #compiled;
     #core;  // what works now
     #blocks = new Set();  // of _malloc
+    #buffer;
+    #views = {};  // of the buffer, by their names
     #timer;
     constructor({ instance, compiled }) {
       this.#compiled = compiled;
@@ -74,6 +76,7 @@
         const at = this.heap.allocate(bytes);
         this.#blocks.add(at);
         ++this.heap.live;
+        this.look();
         return at;
       };
       module._free = (at) => {
@@ -83,25 +86,30 @@
         if (this.#blocks.size === 0) this.heap = this.#core;
       };
       for (const [name, Type] of Object.entries({ HEAP8: Int8Array, HEAPU8: Uint8Array, HEAP16: Int16Array, HEAPU16: Uint16Array,
-        HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array })) {
-        let view, owner;
+        HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
         Object.defineProperty(module, name, { configurable: true, get: () => {
-          if (owner !== this.heap || view.length === 0) [view, owner] = [this.#view_of(Type), this.heap];
-          return view;
+          this.look();
+          return (this.#views[name] ??= new Type(this.#buffer));
         } });
-      }
     }
-    // A view of the memory. JavaScript detaches it when the memory grows. Loaders that took it before then get the buffer of the
-    // memory where it is now, and the calls that they use go on; only its elements cannot be read by their numbers.
-    #view_of(Type) {
-      const call = (method) => ({ value: (...rest) => Type.prototype[method].apply(new Type(this.heap.buffer), rest) });
-      return Object.defineProperties(new Type(this.heap.buffer), { buffer: { get: () => this.heap.buffer }, subarray: call('subarray'),
-        slice: call('slice'), set: call('set') });
+    // To be called when memory may have grown. JavaScript detaches the views that pages have then. They become such that loaders which
+    // took them before get the buffer of the memory where it is now, and the calls that they use go on. Only elements cannot be read by
+    // their numbers.
+    look() {
+      const { buffer } = this.heap;
+      if (buffer === this.#buffer) return;
+      const call = (view, method) => ({ value: (...rest) => view.constructor.prototype[method].apply(new view.constructor(this.heap.buffer), rest) });
+      for (const view of Object.values(this.#views))
+        Object.defineProperties(view, { buffer: { get: () => this.heap.buffer }, subarray: call(view, 'subarray'), slice: call(view, 'slice'),
+          set: call(view, 'set') });
+      this.#views = {};
+      this.#buffer = buffer;
     }
     // Takes room for what a page is about to allocate, so that the memory does not grow while the page has views of it.
     make_room(bytes) {
       const { allocate, release } = this.heap.exports;
       if (bytes < kMostRoom) release(allocate(bytes));
+      this.look();
     }
   }
 
