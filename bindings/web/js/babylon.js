@@ -55,7 +55,7 @@ const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array
 function fit({ gltf, primitive, stored, accessors, is_draco }, mesh) {
   const { chosen, faceCount, pointCount } = mesh;
   if (chosen === undefined && !is_draco) return check_counts(gltf, primitive, stored.attributes, mesh);
-  for (const { name, componentCount } of mesh.attributes)
+  for (const { name, componentCount } of is_draco ? mesh.attributes : [])
     if (componentCount !== kComponentCounts[accessors.get(name).type])
       throw new PsplitError(`${name} has ${componentCount} components, but its accessor has the type ${accessors.get(name).type}`, 'invalid-input');
   for (const accessor of accessors.values()) accessor.count = pointCount;
