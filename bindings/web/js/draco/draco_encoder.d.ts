@@ -20,20 +20,20 @@ declare namespace createEncoderModule {
 
   // Objects of the module. Each stays until `destroy`.
 
-  interface WrapperObject { readonly ptr: number }
-  interface PointCloud extends WrapperObject {}
-  interface Mesh extends PointCloud { num_faces(): number; set_num_points(count: number): void }
-  interface DracoInt8Array extends WrapperObject { GetValue(index: number): number; size(): number }
-  interface Metadata extends WrapperObject {}
-  interface MetadataBuilder extends WrapperObject {
+  export interface WrapperObject { readonly ptr: number }
+  export interface PointCloud extends WrapperObject { num_attributes(): number; num_points(): number }
+  export interface Mesh extends PointCloud { num_faces(): number; set_num_points(count: number): void }
+  export interface DracoInt8Array extends WrapperObject { GetValue(index: number): number; size(): number }
+  export interface Metadata extends WrapperObject {}
+  export interface MetadataBuilder extends WrapperObject {
     AddStringEntry(metadata: Metadata, name: string, value: string): boolean;
     AddIntEntry(metadata: Metadata, name: string, value: number): boolean;
     AddIntEntryArray(metadata: Metadata, name: string, values: Int32Array, count: number): boolean;
     AddDoubleEntry(metadata: Metadata, name: string, value: number): boolean;
   }
   /** Adds an attribute with a value for each point. Returns its id. */
-  type Add<Values> = (cloud: PointCloud, semantic: number, count: number, components: number, values: Values) => number;
-  interface PointCloudBuilder extends WrapperObject {
+  export type Add<Values> = (cloud: PointCloud, semantic: number, count: number, components: number, values: Values) => number;
+  export interface PointCloudBuilder extends WrapperObject {
     AddFloatAttribute: Add<Float32Array>;
     AddInt8Attribute: Add<Int8Array>;
     AddUInt8Attribute: Add<Uint8Array>;
@@ -45,13 +45,13 @@ declare namespace createEncoderModule {
     SetMetadataForAttribute(cloud: PointCloud, id: number, metadata: Metadata): boolean;
     SetNormalizedFlagForAttribute(cloud: PointCloud, id: number, normalized: boolean): boolean;
   }
-  interface MeshBuilder extends PointCloudBuilder {
+  export interface MeshBuilder extends PointCloudBuilder {
     AddFacesToMesh(mesh: Mesh, count: number, faces: Uint32Array | Uint16Array | Int32Array): boolean;
     AddFloatAttributeToMesh: Add<Float32Array>;
     AddInt32AttributeToMesh: Add<Int32Array>;
     AddMetadataToMesh(mesh: Mesh, metadata: Metadata): boolean;
   }
-  interface AnyEncoder extends WrapperObject {
+  export interface AnyEncoder extends WrapperObject {
     SetSpeedOptions(encoding: number, decoding: number): void;
     SetEncodingMethod(method: number): void;
     SetTrackEncodedProperties(tracks: boolean): void;
@@ -61,15 +61,15 @@ declare namespace createEncoderModule {
     GetNumberOfEncodedPoints(): number;
     GetNumberOfEncodedFaces(): number;
   }
-  interface Encoder extends AnyEncoder {
+  export interface Encoder extends AnyEncoder {
     /** Returns the length of the stream, or 0. */
     EncodeMeshToDracoBuffer(mesh: Mesh, out: DracoInt8Array): number;
   }
-  interface ExpertEncoder extends AnyEncoder {
+  export interface ExpertEncoder extends AnyEncoder {
     EncodeToDracoBuffer(deduplicate: boolean, out: DracoInt8Array): number;
   }
 
-  interface EncoderModule {
+  export interface EncoderModule {
     Encoder: new () => Encoder;
     ExpertEncoder: new (mesh: Mesh) => ExpertEncoder;
     Mesh: new () => Mesh;

@@ -28,13 +28,13 @@ declare namespace createDecoderModule {
 
   // Objects of the module. Each stays until `destroy`.
 
-  interface WrapperObject { readonly ptr: number }
-  interface Status extends WrapperObject { code(): number; ok(): boolean; error_msg(): string }
-  interface DecoderBuffer extends WrapperObject { Init(data: Int8Array | Uint8Array | ArrayBuffer, size: number): void }
-  interface PointCloud extends WrapperObject { num_attributes(): number; num_points(): number }
-  interface Mesh extends PointCloud { num_faces(): number }
-  interface AttributeTransformData extends WrapperObject { transform_type(): number }
-  interface PointAttribute extends WrapperObject {
+  export interface WrapperObject { readonly ptr: number }
+  export interface Status extends WrapperObject { code(): number; ok(): boolean; error_msg(): string }
+  export interface DecoderBuffer extends WrapperObject { Init(data: Int8Array | Uint8Array | ArrayBuffer, size: number): void }
+  export interface PointCloud extends WrapperObject { num_attributes(): number; num_points(): number }
+  export interface Mesh extends PointCloud { num_faces(): number }
+  export interface AttributeTransformData extends WrapperObject { transform_type(): number }
+  export interface PointAttribute extends WrapperObject {
     size(): number;
     attribute_type(): number;
     data_type(): number;
@@ -45,19 +45,19 @@ declare namespace createDecoderModule {
     unique_id(): number;
     GetAttributeTransformData(): AttributeTransformData;
   }
-  interface AttributeQuantizationTransform extends WrapperObject {
+  export interface AttributeQuantizationTransform extends WrapperObject {
     InitFromAttribute(attribute: PointAttribute): boolean;
     quantization_bits(): number;
     min_value(axis: number): number;
     range(): number;
   }
-  interface AttributeOctahedronTransform extends WrapperObject {
+  export interface AttributeOctahedronTransform extends WrapperObject {
     InitFromAttribute(attribute: PointAttribute): boolean;
     quantization_bits(): number;
   }
-  interface DracoArray extends WrapperObject { GetValue(index: number): number; size(): number }
-  interface Metadata extends WrapperObject {}
-  interface MetadataQuerier extends WrapperObject {
+  export interface DracoArray extends WrapperObject { GetValue(index: number): number; size(): number }
+  export interface Metadata extends WrapperObject {}
+  export interface MetadataQuerier extends WrapperObject {
     HasEntry(metadata: Metadata, name: string): boolean;
     GetIntEntry(metadata: Metadata, name: string): number;
     GetIntEntryArray(metadata: Metadata, name: string, out: DracoArray): void;
@@ -66,9 +66,9 @@ declare namespace createDecoderModule {
     NumEntries(metadata: Metadata): number;
     GetEntryName(metadata: Metadata, number: number): string;
   }
-  type Bytes = Int8Array | Uint8Array | ArrayBuffer;
-  type Values = (cloud: PointCloud, attribute: PointAttribute, out: DracoArray) => boolean;
-  interface Decoder extends WrapperObject {
+  export type Bytes = Int8Array | Uint8Array | ArrayBuffer;
+  export type Values = (cloud: PointCloud, attribute: PointAttribute, out: DracoArray) => boolean;
+  export interface Decoder extends WrapperObject {
     GetEncodedGeometryType(data: DecoderBuffer | Bytes): number;
     DecodeArrayToMesh(data: Bytes, size: number, mesh: Mesh): Status;
     DecodeBufferToMesh(buffer: DecoderBuffer, mesh: Mesh): Status;
@@ -98,7 +98,7 @@ declare namespace createDecoderModule {
     GetAttributeUInt32ForAllPoints: Values;
   }
 
-  interface DecoderModule {
+  export interface DecoderModule {
     Decoder: new () => Decoder;
     DecoderBuffer: new () => DecoderBuffer;
     Mesh: new () => Mesh;
