@@ -109,7 +109,7 @@ class OctahedralGrid {
     z += choose(z < zero, fold, -fold);
     const Floats square = x * x + y * y + z * z;
 #if defined(__wasm_simd128__)
-    const Floats root = __builtin_wasm_sqrt_f32x4(square);
+    const Floats root = square_roots(square);
 #else
     Floats root{};
     for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = square_root(square[k]);
