@@ -19,6 +19,7 @@ const in_modules = (name) => path.join(modules_folder, 'node_modules', name);
 const in_package = (name) => path.join(package_folder, name);
 const require_module = createRequire(path.join(modules_folder, 'package.json'));
 const load = (file) => import(pathToFileURL(file));
+const { array_of } = await load(in_package('types.js'));
 const of_three = in_modules('three/examples/jsm/libs/draco/gltf/');
 
 // By the calls that DRACOLoader makes.
@@ -34,9 +35,9 @@ function decode_by_interface(draco, { bytes, attributes }) {
     return array;
   };
   copied(12 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at));
-  for (const { uniqueId, componentCount } of attributes)
-    copied(4 * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
-      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco.DT_FLOAT32, size, at));
+  for (const { uniqueId, componentCount, type } of attributes)
+    copied(array_of(type).BYTES_PER_ELEMENT * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
+      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco[`DT_${type.toUpperCase()}`], size, at));
   draco.destroy(mesh);
   draco.destroy(decoder);
 }
@@ -53,10 +54,10 @@ const three_module = () => new Function('require', '__dirname',
   `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
   { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) });
 
-const by_instance = (name, stored, kind) => ({ name, stored, async create() {
+const by_instance = (name, stored, kind, wasm = 'psplit.wasm') => ({ name, stored, async create() {
   const [{ Instance }, { decode_alone }, { make_job }] = await Promise.all(['instance.js', 'container_job.js', 'job.js']
     .map((file) => load(in_package(file))));
-  const instance = new Instance(await WebAssembly.compile(readFileSync(in_package('psplit.wasm'))));
+  const instance = new Instance(await WebAssembly.compile(readFileSync(in_package(wasm))));
   return { memory: () => instance.memory_bytes, run({ bytes, attributes }) {
     const job = make_job(kind, bytes, { attributes });
     if (kind === 'draco') instance.decode_draco(job.bytes, job.attributes);
@@ -89,7 +90,7 @@ export async function calling_thread(rival_files) {
     by_interface('psplit/draco', () => require_module(in_package('draco/draco_wasm_wrapper.js'))()),
     by_instance('psplit, one stream', 'stock', 'draco'),
     by_instance('psplit, patches', 'patches', 'container'),
-    by_instance('psplit, condensed', 'condensed', 'container'),
+    by_instance('psplit, condensed', 'condensed', 'container', 'psplit_condensed.wasm'),
     meshoptimizer,
   ];
 }

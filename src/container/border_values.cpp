@@ -16,7 +16,9 @@ using core::Fault;
 constexpr size_t kTogether = 16;
 
 // A patch alone has its values already.
-bool needs_values(const PatchContainer& container) { return !container.is_stock && container.has_borders(); }
+bool needs_values(const PatchContainer& container) {
+  return core::kReadsCondensed && !container.is_stock && container.has_borders();
+}
 
 // The most that the walk of a patch can have.
 struct WalkSize {

@@ -59,8 +59,9 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
 
 Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch, uint32_t first) {
   const StreamEntry& entry = container.entries[patch];
-  Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
-                                                           : read_stream_header(container.streams[patch]);
+  Expected<core::StreamHeader> header = core::kReadsCondensed && entry.is_condensed
+                                            ? read_condensed_header(container, patch)
+                                            : read_stream_header(container.streams[patch]);
   if (!header) return header;
   const bool is_residue = patch >= container.patch_count();
   if (header->edgebreaker == is_residue)

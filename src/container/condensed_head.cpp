@@ -7,6 +7,7 @@
 
 #include "src/container/bit_string.h"
 #include "src/core/edgebreaker_symbols.h"
+#include "src/core/stream_header.h"
 
 namespace psplit {
 namespace {
@@ -243,6 +244,9 @@ class HeadSectionReader {
 
 Status read_section(uint32_t type, std::span<const uint8_t> bytes, CondensedHead& head) {
   if (type >= static_cast<uint32_t>(HeadSection::kMayBeSkipped)) return {};
+  // Without tables, no stream is condensed.
+  if (!core::kReadsCondensed)
+    return unsupported("head: tables of condensed streams, which this build leaves out");
   switch (static_cast<HeadSection>(type)) {
     case HeadSection::kTables: return HeadSectionReader(bytes, head).read_tables();
     case HeadSection::kBorders: return HeadSectionReader(bytes, head).read_borders();

@@ -108,8 +108,12 @@ class OctahedralGrid {
     y += choose(y < zero, fold, -fold);
     z += choose(z < zero, fold, -fold);
     const Floats square = x * x + y * y + z * z;
+#if defined(__wasm_simd128__)
+    const Floats root = square_roots(square);
+#else
     Floats root{};
     for (uint32_t k = 0; k < kAtOnce; ++k) root[k] = square_root(square[k]);
+#endif
     // No float is between this bound and 1e-6, which is what unit_vector compares with.
     const auto is_long = reinterpret_cast<Ints>(square > 1e-6f);
     const auto unit = [=, inverse = 1.0f / root](Floats along) {

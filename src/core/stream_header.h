@@ -8,7 +8,14 @@ namespace psplit::core {
 
 // The kinds of streams that code is compiled for. A kernel for one kind is smaller and needs fewer registers
 // than one for both.
+#if !defined(PSPLIT_WITHOUT_CONDENSED)
+inline constexpr bool kReadsCondensed = true;
 enum class StreamKinds : uint8_t { kBoth, kDraco, kCondensed };
+#else
+// A small module for the web: the container's reader refuses condensed streams, so that none reaches the core.
+inline constexpr bool kReadsCondensed = false;
+enum class StreamKinds : uint8_t { kDraco, kCondensed, kBoth = kDraco };
+#endif
 
 // What a PatchDecoder is started with: read_stream_header reads it from a Draco stream, and
 // read_condensed_header (condensed/condensed_header.h) from a condensed stream and its skeleton. Then `body`
@@ -16,7 +23,7 @@ enum class StreamKinds : uint8_t { kBoth, kDraco, kCondensed };
 struct StreamHeader : DracoHeader {
   CondensedStream condensed;  // without bytes for a Draco stream
 
-  PSPLIT_HD bool is_condensed() const { return !condensed.bytes.empty(); }
+  PSPLIT_HD bool is_condensed() const { return kReadsCondensed && !condensed.bytes.empty(); }
   // The same, known to the compiler if the header is that of a stream of one kind.
   template <StreamKinds kKinds>
   PSPLIT_HD bool is_condensed_of() const {

@@ -77,10 +77,33 @@ bool to_integer(const Component& component, DataType from, bool normalized, Data
   return is_large ? high == ~uint64_t{0} : component.integer >= low && (component.integer < 0 || bits <= high);
 }
 
+// Small integers as floats, which colours and quantized assets often are. Each is read before the place of a
+// later one is written, where `in` lies at the end of `out`.
+template <typename Integer>
+void convert_to_floats(const uint8_t* in, float unit, size_t count, uint8_t* out) {
+  for (size_t k = 0; k < count; ++k) {
+    Integer value;
+    std::memcpy(&value, in + k * sizeof value, sizeof value);
+    const float converted = static_cast<float>(value) / unit;
+    std::memcpy(out + k * sizeof converted, &converted, sizeof converted);
+  }
+}
+
 }  // namespace
 
 bool convert_components(const uint8_t* in, DataType from, bool normalized, size_t count, DataType to,
                         uint8_t* out) {
+  if (to == DataType::kFloat32) {
+    // A number that is divided by 1 stays as it is.
+    const float unit = normalized && from <= DataType::kUint16 ? static_cast<float>(most(from)) : 1;
+    switch (from) {
+      case DataType::kInt8: return convert_to_floats<int8_t>(in, unit, count, out), true;
+      case DataType::kUint8: return convert_to_floats<uint8_t>(in, unit, count, out), true;
+      case DataType::kInt16: return convert_to_floats<int16_t>(in, unit, count, out), true;
+      case DataType::kUint16: return convert_to_floats<uint16_t>(in, unit, count, out), true;
+      default: break;
+    }
+  }
   const uint32_t in_bytes = core::data_type_bytes(from), out_bytes = core::data_type_bytes(to);
   for (size_t k = 0; k < count; ++k, in += in_bytes, out += out_bytes) {
     const Component component = load(in, from);

@@ -1,10 +1,16 @@
 // Meshes are decoded while their bytes arrive: from streams of any chunks, and from a server.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
+import { getEventListeners } from 'node:events';
+import { createServer } from 'node:http';
 import path from 'node:path';
 import test, { after } from 'node:test';
-import { compressed_primitives, gltf_psplit, make_container, psplit, random_numbers, root, with_asset } from './load.mjs';
+import { pathToFileURL } from 'node:url';
+import { compressed_primitives, gltf_psplit, make_container, package_folder, psplit, random_numbers, root, with_asset } from './load.mjs';
 import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
+import { streams, with_draco_mesh } from './stock_draco.mjs';
+
+const { decodeGlb, decodeGltf } = await import(pathToFileURL(path.join(package_folder, 'asset.js')));
 
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const sample = (name) => compressed_primitives(path.join(samples, `${name}.glb`), 'PSPLIT_mesh_draco_patches')[0];
@@ -181,12 +187,12 @@ test('decodeUrl: errors', async () => {
   await rejects('text', { code: 'invalid-input', message: /no GLB/ });
   await rejects('empty', { code: 'invalid-input' });
   await rejects('cut', { code: 'invalid-input' });
-  await rejects('head.glb', { code: 'invalid-input' });
+  await rejects('head.glb', { code: 'invalid-input', message: /head\.glb: it ends early, after 30 of at least \d+ bytes$/ });
   for (const meshes of [5, [null], [{}], [{ primitives: [null] }], [{ primitives: [{ extensions: { PSPLIT_mesh_draco_patches: null } }] }]]) {
     const text = JSON.stringify({ asset: { version: '2.0' }, meshes });
     await assert.rejects(pool.decodeUrl(new Response(text)), { name: 'PsplitError', code: 'invalid-input', message: /malformed|mesh 0, primitive 0: the container has no buffer view/ }, text);
   }
-  await rejects('cut.glb', { code: 'invalid-input', message: /^mesh 0, primitive 0: /, mesh: 0, primitive: 0 });
+  await rejects('cut.glb', { code: 'invalid-input', message: /^mesh 0, primitive 0: .*cut\.glb: it ends early, after \d+ of at least \d+ bytes$/, mesh: 0, primitive: 0 });
   await rejects('broken.glb', { code: 'invalid-input', mesh: 0, primitive: 0 });
   await assert.rejects(pool.decodeUrl('http://127.0.0.1:9/'), { name: 'PsplitError', code: 'failed' });
   await assert.rejects(pool.decodeUrl('no address'), { name: 'PsplitError', code: 'failed' });
@@ -215,4 +221,51 @@ test('decodeUrl: the first patch comes early, and `signal` ends it at once', { .
   assert.ok(!done.has('/aborted.glb'));
   while (open.has('/aborted.glb')) await wait_ms(1);  // the download has ended as well
   await assert.rejects(pool.decodeUrl(`${origin}/whole.glb`, { signal: AbortSignal.abort() }), { code: 'aborted' });
+});
+
+// A server that promises more bytes than it sends, and one whose connection breaks.
+test('a response that ends early says so', async () => {
+  const glb = readFileSync(path.join(samples, 'patches.glb')), server = createServer(({ url }, response) => {
+    response.writeHead(200, url === '/promised.glb' ? { 'Content-Length': glb.length } : {});
+    response.write(glb.subarray(0, -400), () => setTimeout(() => response.destroy(), 20));
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  try {
+    for (const name of ['promised.glb', 'broken.glb']) {
+      const url = `http://127.0.0.1:${server.address().port}/${name}`;
+      await assert.rejects(pool.decodeUrl(url), { code: 'failed', message: new RegExp(`${name}: it ended early, after \\d+ bytes`) });
+      await assert.rejects(decodeGltf(url), { code: 'failed', message: new RegExp(`${name} cannot be loaded: it ended early`) });
+    }
+  } finally {
+    server.close();
+  }
+  await assert.rejects(decodeGlb(glb.subarray(0, -400)), { code: 'invalid-input', message: `the GLB ends early: ${glb.length - 400} of ${glb.length} bytes` });
+});
+
+test('decodeUrl reads files of this machine', async () => {
+  const url = (name) => pathToFileURL(path.join(samples, name)), { bytes, attributes } = sample('patches');
+  const expected = await psplit.decodeContainer(bytes, { attributes });
+  for (const options of [{}, { choose: () => undefined }])
+    for (const address of [url('patches.glb'), url('patches.glb').href])
+      assert.deepEqual((await pool.decodeUrl(address, options)).primitives, [{ mesh: 0, primitive: 0, ...expected }]);
+  assert.ok((await pool.decodeUrl(url('fallback.gltf'))).primitives[0].faceCount > 0);  // its container is in another file
+  const { primitives: [{ chosen }] } = await pool.decodeUrl(url('patches.glb'), { choose: () => [1] });
+  assert.deepEqual(chosen, Uint32Array.of(1));
+  await assert.rejects(pool.decodeUrl(url('none.glb')), { code: 'failed', message: /none\.glb: .*ENOENT/ });
+});
+
+test('many jobs with one signal: no warning, and no listener stays', async () => {
+  const [[, stream]] = streams(), { signal } = new AbortController(), warnings = [], warn = (warning) => warnings.push(warning.message);
+  let glb = readFileSync(path.join(samples, 'patches.glb'));
+  for (let i = 0; i < 14; ++i) glb = with_draco_mesh(glb, stream);
+  process.on('warning', warn);
+  try {
+    assert.equal((await decodeGlb(glb, { pool, signal })).primitives.length, 15);
+    await Promise.all(Array.from({ length: 15 }, () => pool.decodeDraco(stream, { signal })));
+    await wait_ms(20);
+  } finally {
+    process.off('warning', warn);
+  }
+  assert.deepEqual(warnings, []);
+  assert.deepEqual(getEventListeners(signal, 'abort'), []);
 });

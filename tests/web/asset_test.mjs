@@ -51,7 +51,7 @@ test('morph targets that are zero, sparse, or in buffer views', async () => {
       [['POSITION', Float32Array.of(0, 1, 2, 3, 4, 5, 6, 7, 8)]]]);
   assert.equal(none, undefined);
   // No memory is taken for zeros that nothing justifies.
-  await assert.rejects(with_targets((accessor) => (accessor.count = 2 ** 40)), { code: 'unsupported', message: /accessor 3 has no buffer view/ });
+  await assert.rejects(with_targets((accessor) => (accessor.count = 2 ** 40)), { code: 'unsupported', message: /accessor 3 has 1099511627776 elements without a buffer view/ });
 });
 
 test('stock Draco', async () => {
@@ -90,9 +90,18 @@ test('primitives without compression', async () => {
   assert.deepEqual([points.mode, points.indices, points.pointCount], [0, null, 3]);
 });
 
+test('accessors without a buffer view are 0', async () => {
+  const { primitives: [{ indices, attributes }] } = await decodeGlb(glb_of(({ accessors }) => {
+    for (const i of [0, 1, 2]) delete accessors[i].bufferView;
+  }));
+  assert.deepEqual([indices, attributes.POSITION.array, attributes._SPARSE.array],
+    [new Uint16Array(3), new Float32Array(9), Float32Array.of(0, 0, 0, -1, -2, -3, 0, 0, 0)]);
+});
+
 test('what is wrong is said', async () => {
   const cases = [
-    [(json) => delete json.accessors[0].bufferView, 'unsupported', /^mesh 0 "plain", primitive 0: accessor 0 has no buffer view$/],
+    [(json) => { json.accessors[0] = { ...json.accessors[0], bufferView: undefined, count: 2 ** 40 }; }, 'unsupported',
+      /^mesh 0 "plain", primitive 0: accessor 0 has 1099511627776 elements without a buffer view$/],
     [(json) => (json.accessors[0].count = 4), 'invalid-input', /^mesh 0 "plain", primitive 0: an accessor is not in its buffer view$/],
     [(json) => (json.accessors[0].count = 2 ** 40), 'invalid-input', /not in its buffer view/],
     [(json) => (json.bufferViews[0].byteStride = 0), 'invalid-input', /not in its buffer view/],

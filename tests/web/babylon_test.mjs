@@ -122,11 +122,18 @@ async ({ result, page }) => {
 // Assets of the corpus with Draco streams. psplit/draco takes the place of draco3d.
 const draco_assets = corpus_folder === null ? []
   : ['draco/Box_Draco.glb', 'derived/CesiumMan.draco-seq.glb', 'derived/marbleTower.draco-eb.glb'];
-page_test('KHR_draco_mesh_compression on psplit/draco', {
+page_test('KHR_draco_mesh_compression by psplit/babylon, and by Babylon.js on psplit/draco and on draco3d', {
   skip: corpus_folder === null && 'there is no corpus', script: prepare, files: { '/': page,
     ...Object.fromEntries(draco_assets.map((file, i) => [`/${i}.glb`, { folder: path.join(corpus_folder, 'gltf', file) }])) },
 }, async ({ result, page, site }) => {
   await result;
+  const facts_of_all = (draco) => page.evaluate((draco, count) => {
+    registerPsplit(registerGLTFExtension, { pool, draco });
+    return Promise.all(Array.from({ length: count }, (_, i) => facts(`/${i}.glb`)));
+  }, draco, draco_assets.length);
+  const without_babylon = await facts_of_all(true);
+  assert.ok(!site.requests.some((url) => url.endsWith('/draco_decoder.wasm')) && without_babylon.every(Array.isArray), JSON.stringify(without_babylon));
+  await page.evaluate(() => registerPsplit(registerGLTFExtension, { pool, draco: false }));
   const facts_with = (folder) => page.evaluate(async (folder, count) => {
     const { DracoDecoder } = await import('@babylonjs/core/Meshes/Compression/dracoDecoder.js');
     DracoDecoder.ResetDefault();
@@ -137,6 +144,7 @@ page_test('KHR_draco_mesh_compression on psplit/draco', {
   const [ours, theirs] = [await facts_with('/psplit/draco/'), await facts_with('/modules/three/examples/jsm/libs/draco/gltf/')];
   assert.ok(ours.every(Array.isArray), JSON.stringify(ours));
   assert.deepEqual(ours, theirs);
+  assert.deepEqual(without_babylon, theirs);
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
 

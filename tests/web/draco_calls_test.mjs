@@ -13,6 +13,8 @@ const { createDecoderModule } = createRequire(import.meta.url)(path.join(package
 const ours = await createDecoderModule(), theirs = await stock.createDecoderModule({});
 const newest = await createRequire(path.join(modules_folder, 'package.json'))('draco3d-newest').createDecoderModule();
 
+const stock_heap = (await stock.createDecoderModule({})).HEAPU8;
+
 const stream = (options) => encode(grid(10), { method: 'edgebreaker', speed: 5, bits: 11, extra: true, ...options });
 const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
 
@@ -47,6 +49,36 @@ test('memory of _malloc outlives errors of calls', async () => {
   const blocks = Array.from({ length: 3 }, () => draco._malloc(100));
   assert.equal(new Set([...blocks, at]).size, 4);
   assert.ok(draco.HEAPU8.subarray(at, at + (1 << 20)).every((value) => value === 7));
+});
+
+test('views of memory that were taken before it grew', async () => {
+  const draco = await createDecoderModule(), floats = draco.HEAPF32, bytes = draco.HEAPU8, before = bytes.length;
+  assert.ok(before >= stock_heap.length, `${before} bytes`);
+  assert.equal(draco.HEAPF32, floats);
+  const at = draco._malloc(2 * before);
+  assert.equal(floats.length, 0);  // JavaScript detached it
+  assert.ok(draco.HEAPU8.length > before);
+  new Float32Array(floats.buffer, at, 2).set([1.5, 2.5]);
+  assert.deepEqual([...draco.HEAPF32.subarray(at / 4, at / 4 + 2)], [1.5, 2.5]);
+  bytes.set([7, 8], at);
+  assert.deepEqual([[...bytes.slice(at, at + 2)], [...bytes.subarray(at, at + 2)]], [[7, 8], [7, 8]]);
+  assert.deepEqual([...draco.HEAPU8.subarray(at, at + 2)], [7, 8]);
+});
+
+test('memory has room for the values of a decoded mesh', async () => {
+  const draco = await createDecoderModule(), { mesh } = decoded(draco, encode(grid(600), { method: 'edgebreaker', speed: 7, bits: 11, extra: true }));
+  const { length } = draco.HEAPU8, sizes = [12 * mesh.num_faces(), ...Array.from({ length: mesh.num_attributes() }, (_, i) =>
+    4 * mesh.num_points() * new draco.Decoder().GetAttribute(mesh, i).num_components())];
+  assert.ok(length > 16 * 2 ** 20);
+  for (const size of sizes) draco._free(draco._malloc(size));
+  assert.equal(draco.HEAPU8.length, length);
+});
+
+test('a status that nobody destroys is not kept', async () => {
+  const draco = await createDecoderModule(), bytes = stream(), mesh = new draco.Mesh(), decoder = new draco.Decoder();
+  const status = () => decoder.DecodeArrayToMesh(bytes, bytes.length, mesh), first = draco.getPointer(status());
+  for (let i = 0; i < 100; ++i) status();
+  assert.equal(draco.getPointer(status()) - first, 8);
 });
 
 // A module whose decoding traps, as it does when memory runs out.

@@ -92,7 +92,7 @@ for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-bo
 // Decodes some patches as decodeUrl does, in one thread. `is_late`: before more bytes are looked at, whether there are some.
 async function decode_chosen(bytes, attributes, chosen, is_late) {
   const file = { bytes: async (begin, end) => bytes.slice(begin, end) }, { signal } = new AbortController();
-  const plan = await planned(checked, { file, begin: 0, end: bytes.length }, ({ patchCount }) => chosen.map((patch) => patch % patchCount), () => {}, signal);
+  const plan = await planned(async () => checked, { file, begin: 0, end: bytes.length }, ({ patchCount }) => chosen.map((patch) => patch % patchCount), () => {}, signal);
   const chunks = [];
   for await (const part of plan.parts) chunks.push(part);
   const inbox = { next: async () => chunks.shift() ?? null, get has_more() { return chunks.length > 0 && is_late(); } };

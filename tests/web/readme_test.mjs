@@ -6,14 +6,14 @@ import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { page_test, start_site } from './browser.mjs';
-import { compressed_primitives, link_package, modules_folder, readme_blocks, root } from './load.mjs';
-import { draco_glb, streams } from './stock_draco.mjs';
+import { compressed_primitives, link_package, modules_folder, psplit, readme_blocks, root } from './load.mjs';
+import { draco_glb, streams, with_draco_mesh } from './stock_draco.mjs';
 
 link_package();
 const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
 const [{ bytes: container }] = compressed_primitives(sample, 'PSPLIT_mesh_draco_patches'), [[, stream]] = [...streams()];
 
-const blocks = readme_blocks();
+const { decodeDraco } = psplit, blocks = readme_blocks();
 
 // In Node.js, as a module of a project that has the package.
 const folder = path.join(root, 'build/web/readme');
@@ -109,15 +109,16 @@ test('errors', async () => {
   assert.ok(lines[0][2] > 0);
 });
 
-// In a page.
+// In a page. Loaders also get a mesh in stock Draco beside the patches, as `gltf-psplit encode` writes it.
+const mixed = with_draco_mesh(readFileSync(sample), stream);
 const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
   '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
   playcanvas: '/modules/playcanvas/build/playcanvas.min.mjs', '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
-const page = (code, names, body = '') => ({
+const page = (code, names, model = { folder: sample }) => ({
   '/': `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports })}</script>
-    <script type="module" src="/main.js"></script>${body}`,
-  '/model.glb': { folder: sample }, '/mesh.drc': stream, '/block.js': `${code}\nexport { ${names} };`,
+    <script type="module" src="/main.js"></script>`,
+  '/model.glb': model, '/mesh.drc': stream, '/block.js': `${code}\nexport { ${names} };`,
 });
 
 page_test('without a loader', { files: page(block('Without a loader'), ['primitives', 'decodeGlb']), script: async () => {
@@ -131,19 +132,27 @@ page_test('without a loader', { files: page(block('Without a loader'), ['primiti
   const [count, name, ...lengths] = await result;
   assert.deepEqual([count, name, lengths[0], lengths[2]], [1, 'terrain', lengths[1], 1]);
 });
-page_test('three.js', { files: page(block('three.js'), ['scene', 'pool']), script: async () => {
-  const { scene, pool } = await import('/block.js');
-  const [mesh] = scene.children[0].isMesh ? scene.children : scene.children[0].children;
+const draco_indices = 3 * (await decodeDraco(stream)).faceCount;
+page_test('three.js', { files: page(block('three.js'), ['scene', 'pool'], mixed), script: async () => {
+  const { scene, pool } = await import('/block.js'), counts = [];
+  scene.traverse((object) => { if (object.isMesh) counts.push(object.geometry.index.count); });
   pool.dispose();
-  return mesh.geometry.index.count;
-} }, async ({ result }) => assert.ok(await result > 1000));
+  return counts;
+} }, async ({ result }) => {
+  const [patches, draco] = await result;
+  assert.ok(patches > 1000);
+  assert.equal(draco, draco_indices);
+});
 for (const [name, number] of [['three.js, patch by patch', 1], ['three.js, while bytes arrive', 2]])
-  page_test(name, { files: page(block('three.js', number), ['scene', 'psplit']), script: async () => {
-  const { scene, psplit } = await import('/block.js');
-  let facts = null;
-  scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
-  return facts.patchCount;
-} }, async ({ result }) => assert.ok(await result > 1));
+  page_test(name, { files: page(block('three.js', number), ['scene', 'psplit'], mixed), script: async () => {
+  const { scene, psplit } = await import('/block.js'), facts = [];
+  scene.traverse((object) => { if (object.isMesh) facts.push([psplit.patchesOf(object)?.patchCount, object.geometry.index.count]); });
+  return facts;
+} }, async ({ result }) => {
+  const [[patch_count], [of_draco, indices]] = await result;
+  assert.ok(patch_count > 1);
+  assert.deepEqual([of_draco ?? null, indices], [null, draco_indices]);
+});
 page_test('while bytes arrive', { files: page(block('Workers', 1), ['pool', 'primitives', 'triangles']), script: async () => {
   const { pool, primitives, triangles } = await import('/block.js');
   pool.dispose();
@@ -153,12 +162,16 @@ page_test('some patches only', { files: page(block('Workers', 2), ['primitives']
   const { primitives: [{ faceCount, chosen }] } = await import('/block.js');
   return [faceCount > 0, chosen === undefined];
 } }, async ({ result }) => assert.deepEqual(await result, [true, true]));  // the sample has no boxes
-for (const i of [0, 1]) page_test(`Babylon.js ${i}`, { files: page(block('Babylon.js', i), ['meshes']), script: async () => {
+for (const i of [0, 1]) page_test(`Babylon.js ${i}`, { files: page(block('Babylon.js', i), ['meshes'], mixed), script: async () => {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
   globalThis.scene = new Scene(new NullEngine());
   const { meshes } = await import('/block.js');
-  return meshes.reduce((sum, mesh) => sum + mesh.getTotalVertices(), 0);
-} }, async ({ result }) => assert.ok(await result > 100));
+  return meshes.map((mesh) => mesh.getTotalIndices()).filter((count) => count > 0);
+} }, async ({ result }) => {
+  const [patches, draco] = await result;
+  assert.ok(patches > 1000);
+  assert.equal(draco, draco_indices);
+});
 page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 2), ['DracoDecoder']), script: async () => {
   const { DracoDecoder } = await import('/block.js');
   const mesh = await DracoDecoder.Default.decodeMeshToMeshDataAsync(await (await fetch('/mesh.drc')).arrayBuffer());
@@ -218,8 +231,8 @@ page_test('without a bundler', { files: {
     .replaceAll('https://cdn.example/three/', `${cdn.origin}/modules/three/`).replaceAll('https://cdn.example/', `${cdn.origin}/`)
     .replace(/await loader.loadAsync.*\n/, (line) => `${line}  globalThis.found(scene);\n`)}
     <script>globalThis.result = new Promise((resolve) => (globalThis.found = ({ children }) => resolve(children.length)));</script>`,
-  '/model.glb': { folder: sample } } }, async ({ result, page, site }) => {
-  assert.equal(await result, 1);
+  '/model.glb': mixed } }, async ({ result, page, site }) => {
+  assert.equal(await result, 2);
   assert.ok(page.workers().length > 0);
   assert.ok(cdn.requests.includes('/psplit/inline.js') && !site.requests.some((url) => url.startsWith('/psplit/')));
 });

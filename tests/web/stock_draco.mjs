@@ -166,6 +166,22 @@ export function draco_glb(stream) {
   }, stream);
 }
 
+// An asset with one more mesh and node, whose mesh is a stream with positions alone: what gltf-psplit makes of a scene of large and
+// small meshes.
+export function with_draco_mesh(glb, stream) {
+  const bytes = Buffer.from(glb), json_bytes = bytes.readUInt32LE(12), json = JSON.parse(bytes.toString('utf8', 20, 20 + json_bytes));
+  const buffer = bytes.subarray(28 + json_bytes), { faceCount, pointCount } = decode(stream), kExtension = 'KHR_draco_mesh_compression';
+  for (const list of ['extensionsUsed', 'extensionsRequired']) json[list].push(kExtension);
+  const bufferView = json.bufferViews.push({ buffer: 0, byteOffset: buffer.length, byteLength: stream.length }) - 1;
+  const indices = json.accessors.push({ componentType: 5125, type: 'SCALAR', count: 3 * faceCount }) - 1;
+  const position = json.accessors.push({ componentType: 5126, type: 'VEC3', count: pointCount, min: [0, 0, -1], max: [1, 1, 1] }) - 1;
+  const mesh = json.meshes.push({ primitives: [{ indices, attributes: { POSITION: position },
+    extensions: { [kExtension]: { bufferView, attributes: { POSITION: 0 } } } }] }) - 1;
+  json.scenes[0].nodes.push(json.nodes.push({ mesh }) - 1);
+  json.buffers[0].byteLength = buffer.length + stream.length;
+  return make_glb(json, Buffer.concat([buffer, stream]));
+}
+
 // A stream of draco3d with metadata put into it, which its encoder would not write: trees of metadata, by unique id of an
 // attribute, and that of the geometry.
 export function with_metadata(bytes, of_attributes, of_geometry) {

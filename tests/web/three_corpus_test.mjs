@@ -1,5 +1,5 @@
-// The corpus in three's GLTFLoader has the arrays that gltf-psplit decodes: patches by the plugin, Draco streams by
-// PsplitDracoLoader, and by DRACOLoader with psplit/draco. In Node.js and in Chromium.
+// The corpus in three's GLTFLoader has the arrays that gltf-psplit decodes: patches and Draco streams by the plugin, and Draco streams
+// by DRACOLoader with psplit/draco. In Node.js and in Chromium.
 import assert from 'node:assert/strict';
 import { execFile, spawnSync } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync } from 'node:fs';
@@ -10,7 +10,7 @@ import { promisify } from 'node:util';
 import { page_test } from './browser.mjs';
 import { scene_differences } from './compare_scenes.mjs';
 import { corpus_folder, files_below, gltf_psplit, psplit, read_asset, root } from './load.mjs';
-import { buffer_of, make_loader, PsplitDracoLoader } from './three_loaders.mjs';
+import { buffer_of, make_loader } from './three_loaders.mjs';
 
 const run = promisify(execFile);
 const skip = (corpus_folder === null && 'there is no corpus') || (gltf_psplit === null && 'there is no gltf-psplit');
@@ -58,11 +58,11 @@ for (const [kind, patchByPatch] of [['patches', false], ['condensed', true]])
   });
 
 test('the corpus in stock Draco', { skip }, async () => {
-  const draco = new PsplitDracoLoader().setWorkerLimit(2);
+  const pool = psplit.createPool({ workers: 2 });
   try {
-    await check_corpus('draco', () => make_loader({ draco }));
+    await check_corpus('draco', () => make_loader({ plugin: { pool } }));
   } finally {
-    draco.dispose();
+    pool.dispose();
   }
 });
 
@@ -79,8 +79,8 @@ async function compare_corpus({ kind, names }) {
   const { plain_materials, scene_differences: differences } = await import('/compare_scenes.mjs');
   const pool = createPool({ workers: 2 }), draco = new DRACOLoader().setDecoderPath('/psplit/draco/').setWorkerLimit(2);
   const load = async (url) => {
-    const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).setDRACOLoader(draco).register(plain_materials(MeshStandardMaterial));
-    loader.register((parser) => new PsplitPlugin(parser, { pool }));
+    const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).register(plain_materials(MeshStandardMaterial));
+    loader.register((parser) => new PsplitPlugin(parser, { pool, dracoLoader: draco }));
     return loader.loadAsync(encodeURI(url));
   };
   const found = [];

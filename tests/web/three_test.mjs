@@ -8,7 +8,7 @@ import test, { after } from 'node:test';
 import { BlobWorker } from './blob_worker.mjs';
 import { geometries_of, geometry_differences, values_of } from './compare_scenes.mjs';
 import { corpus_folder, modules_folder, psplit, read_asset, root } from './load.mjs';
-import { streams } from './stock_draco.mjs';
+import { draco_glb, streams } from './stock_draco.mjs';
 import { buffer_of, GLTFLoader, make_loader, PsplitDracoLoader, PsplitPlugin, THREE } from './three_loaders.mjs';
 
 const kExtension = 'PSPLIT_mesh_draco_patches';
@@ -427,4 +427,40 @@ test('PsplitDracoLoader loads files, and owns a pool if it has none', async () =
   new PsplitDracoLoader({ pool }).dispose();
   await pool.ready();
   server.close();
+});
+
+const [[, stream]] = [...streams()], draco_file = buffer_of(draco_glb(stream));
+const index_counts = ({ scene }) => {
+  const counts = [];
+  scene.traverse((object) => object.isMesh && counts.push(object.geometry.index.count));
+  return counts;
+};
+test('the plugin decodes stock Draco, or a DRACOLoader that it is given', async () => {
+  const { faceCount } = await psplit.decodeDraco(stream);
+  assert.deepEqual(index_counts(await make_loader({ plugin: { pool } }).parseAsync(draco_file, '')), [3 * faceCount]);
+  // In the loader's stead, if it has one.
+  const unused = { preload() {}, decodeDracoFile: () => assert.fail('it is used') };
+  assert.deepEqual(index_counts(await make_loader({ draco: unused, plugin: { pool } }).parseAsync(draco_file, '')), [3 * faceCount]);
+  const given = { preload() {}, decodeDracoFile: (buffer, resolve, ids, types) => {
+    assert.deepEqual([buffer.byteLength, ids, types], [stream.length, { position: 0 }, { position: 'Float32Array' }]);
+    resolve(new THREE.BufferGeometry().setIndex([0, 1, 2]));
+  } };
+  assert.deepEqual(index_counts(await make_loader({ plugin: { pool, dracoLoader: given } }).parseAsync(draco_file, '')), [3]);
+  assert.deepEqual(index_counts(await make_loader({ draco: given, plugin: { pool, dracoLoader: false } }).parseAsync(draco_file, '')), [3]);
+  await assert.rejects(make_loader({ plugin: { pool, dracoLoader: false } }).parseAsync(draco_file, ''), /No DRACOLoader instance/);
+  const broken = buffer_of(draco_glb(stream));
+  new Uint8Array(broken)[Buffer.from(broken).indexOf('DRACO\x02')] = 0;
+  await assert.rejects(make_loader({ plugin: { pool, file: 'ship.glb' } }).parseAsync(broken, ''), { mesh: 0, primitive: 0, message: /^ship\.glb: mesh 0, primitive 0: / });
+});
+
+test('without the plugin, three warns of the extension, and its meshes are nothing', async () => {
+  const { warn } = console, lines = [];
+  console.warn = (...line) => lines.push(line.join(' '));
+  try {
+    const { scene } = await make_loader().parseAsync(buffer_of(readFileSync(path.join(samples, 'patches.glb'))), '');
+    scene.traverse(({ geometry }) => geometry && assert.ok([geometry.index, geometry.attributes.position].every(({ array }) => array.every((value) => value === 0))));
+  } finally {
+    console.warn = warn;
+  }
+  assert.ok(lines.some((line) => line.includes('Unknown extension "PSPLIT_mesh_draco_patches"')), `${lines}`);
 });

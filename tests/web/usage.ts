@@ -4,6 +4,7 @@ import { type ChoosePatches, type DecodedContainer, type DecodedMesh, type Decod
 import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
 import createEncoderModule from 'psplit/draco/draco_encoder.js';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
+import wasm from 'psplit/psplit.wasm';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { type EncodedMesh, createEncoder, encodeMesh, encodeMeshes } from 'psplit/encode';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead, psplit as patches } from 'psplit/gltf-transform';
@@ -106,4 +107,24 @@ export async function encoded(bytes: Uint8Array, signal: AbortSignal): Promise<n
   await document.transform(patches({ encoder, quantizationVolume: 'scene', patchFaces: 4800 }), patches());
   encoder.dispose();
   return here.container.length + several.length + there.patchCount;
+}
+
+export async function stock_decoder(bytes: Uint8Array): Promise<[number, Float32Array, Int8Array[]]> {
+  configure({ wasm });
+  const draco: createDecoderModule.DecoderModule = await createDecoderModule(), decoder = new draco.Decoder(), mesh = new draco.Mesh();
+  const status = decoder.DecodeArrayToMesh(bytes, bytes.length, mesh);
+  if (!status.ok()) throw new Error(status.error_msg());
+  const attribute = decoder.GetAttribute(mesh, decoder.GetAttributeId(mesh, draco.POSITION)), size = 4 * attribute.num_components() * mesh.num_points();
+  const at = draco._malloc(size);
+  decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_FLOAT32, size, at);
+  const array = new Float32Array(draco.HEAPF32.buffer, at, size / 4).slice();
+  draco._free(at);
+  for (const object of [mesh, decoder]) draco.destroy(object);
+  const encoders = await createEncoderModule(), builder = new encoders.MeshBuilder(), other = new encoders.Mesh(), encoder = new encoders.Encoder();
+  builder.AddFloatAttributeToMesh(other, encoders.POSITION, array.length / 3, 3, array);
+  encoder.SetEncodingMethod(encoders.MESH_EDGEBREAKER_ENCODING);
+  const out = new encoders.DracoInt8Array(), length = encoder.EncodeMeshToDracoBuffer(other, out);
+  // @ts-expect-error: draco3d has no such call
+  decoder.DecodeMesh(bytes);
+  return [mesh.num_faces(), array, [Int8Array.from({ length }, (_, i) => out.GetValue(i))]];
 }

@@ -4,6 +4,7 @@
   const kIsNode = typeof process === 'object' && process.versions?.node !== undefined;
   // An instance that holds more memory than this is dropped if nothing lived in it for a while.
   const kMostKeptBytes = 64 * 1024 * 1024, kKeptMs = 2000;
+  const kMostRoom = 2 ** 30;  // of memory that is taken in advance
 
   // An instance. Meshes and memory of _malloc stay in theirs.
   class Core {
@@ -45,6 +46,8 @@
     #compiled;
     #core;  // what works now
     #blocks = new Set();  // of _malloc
+    #buffer;
+    #views = {};  // of the buffer, by their names
     #timer;
     constructor({ instance, compiled }) {
       this.#compiled = compiled;
@@ -73,6 +76,7 @@
         const at = this.heap.allocate(bytes);
         this.#blocks.add(at);
         ++this.heap.live;
+        this.look();
         return at;
       };
       module._free = (at) => {
@@ -81,10 +85,31 @@
         this.leave(this.heap);
         if (this.#blocks.size === 0) this.heap = this.#core;
       };
-      // Memory moves when it grows: each access is to where it is now.
       for (const [name, Type] of Object.entries({ HEAP8: Int8Array, HEAPU8: Uint8Array, HEAP16: Int16Array, HEAPU16: Uint16Array,
         HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
-        Object.defineProperty(module, name, { get: () => new Type(this.heap.buffer), configurable: true });
+        Object.defineProperty(module, name, { configurable: true, get: () => {
+          this.look();
+          return (this.#views[name] ??= new Type(this.#buffer));
+        } });
+    }
+    // To be called when memory may have grown. JavaScript detaches the views that pages have then. They become such that loaders which
+    // took them before get the buffer of the memory where it is now, and the calls that they use go on. Only elements cannot be read by
+    // their numbers.
+    look() {
+      const { buffer } = this.heap;
+      if (buffer === this.#buffer) return;
+      const call = (view, method) => ({ value: (...rest) => view.constructor.prototype[method].apply(new view.constructor(this.heap.buffer), rest) });
+      for (const view of Object.values(this.#views))
+        Object.defineProperties(view, { buffer: { get: () => this.heap.buffer }, subarray: call(view, 'subarray'), slice: call(view, 'slice'),
+          set: call(view, 'set') });
+      this.#views = {};
+      this.#buffer = buffer;
+    }
+    // Takes room for what a page is about to allocate, so that the memory does not grow while the page has views of it.
+    make_room(bytes) {
+      const { allocate, release } = this.heap.exports;
+      if (bytes < kMostRoom) release(allocate(bytes));
+      this.look();
     }
   }
 
@@ -93,16 +118,18 @@
     let last_pointer = 0;
     const objects = new Map();
     class WrapperObject {
-      constructor() {
-        this.ptr = last_pointer += 8;
-        objects.set(this.ptr, this);
+      pointer_;
+      // Objects that nobody asks for theirs are not kept: a status, for example, which nobody destroys.
+      get ptr() {
+        if (this.pointer_ === undefined) objects.set(this.pointer_ = last_pointer += 8, this);
+        return this.pointer_;
       }
       __destroy__() {
-        objects.delete(this.ptr);
-        this.ptr = 0;
+        objects.delete(this.pointer_);
+        this.pointer_ = 0;
       }
     }
-    const null_of = (Class, members) => Object.assign(Object.create(Class.prototype), { ptr: 0 }, members);
+    const null_of = (Class, members) => Object.assign(Object.create(Class.prototype), { pointer_: 0 }, members);
     const kNull = null_of(WrapperObject);
     const array_class = (Type, name) => class extends WrapperObject {
       array_ = new Type(0);

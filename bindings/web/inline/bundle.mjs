@@ -61,7 +61,7 @@ const needs_no_escape = (byte) => byte >= 32 && (byte < 127 || byte >= 160) && !
 const as_characters = (bytes) => Array.from(bytes, (byte) =>
   String.fromCharCode(needs_no_escape(byte) ? byte : byte + 256)).join('');
 
-const contents = `export const wasm_text = '${as_characters(readFileSync(path.join(folder, 'psplit.wasm')))}';\n` +
+const contents = `export const wasm_text = '${as_characters(readFileSync(path.join(folder, 'psplit_condensed.wasm')))}';\n` +
   `export const worker_text = ${JSON.stringify(worker_text())};\n`;
 const modules = [...modules_of('index', { contents, files: readFileSync(path.join(own_folder, 'files.js'), 'utf8') })];
 const { exports } = modules.at(-1)[1];

@@ -12,6 +12,8 @@ export function wasm_file() {
   for (let i = 0; i < bytes.length; ++i) bytes[i] = wasm_text.charCodeAt(i);
   return bytes;
 }
+export const condensed_wasm_file = wasm_file;  // it decodes all
+
 // The policy of a page may forbid this: it has to have `worker-src blob:`.
 export function page_worker() {
   worker_address ??= URL.createObjectURL(new Blob([worker_text], { type: 'text/javascript' }));

@@ -1,8 +1,20 @@
 // Bytes that arrive from the first to the last.
 import { PsplitError } from './error.js';
+import { on_abort } from './job.js';
+import { is_node, node_module } from './node.js';
+
+// A file of this machine, which fetch() of Node.js does not read.
+async function* file_chunks(url) {
+  const { createReadStream } = await node_module('node:fs');
+  for await (const chunk of createReadStream(url)) yield new Uint8Array(chunk);
+}
+export function is_file(input) {
+  return is_node && String(input?.url ?? input).startsWith('file:');
+}
 
 /** The response to a request, or a response that is given. Errors have its address. */
 export async function fetched(input, signal) {
+  if (is_file(input)) return { url: String(input.url ?? input), body: file_chunks(new URL(input.url ?? input)) };
   let response = input;
   try {
     if (!(input instanceof Response)) response = await fetch(input, { signal });
@@ -34,8 +46,10 @@ export class ArrivingBytes {
   /**
    * @param {AsyncIterable<Uint8Array> | ReadableStream<Uint8Array>} source
    * @param {AbortSignal} [signal] ends it: what waits for bytes then rejects
+   * @param {string} [url] of a response, for errors
    */
-  constructor(source, signal) {
+  constructor(source, signal, url) {
+    this.url = url;
     this.#read(source, signal);
   }
 
@@ -83,12 +97,14 @@ export class ArrivingBytes {
   async #read(source, signal) {
     let reader;
     const fail = (error) => {
-      this.#error ??= error instanceof PsplitError ? error : new PsplitError(error?.message ?? String(error), 'failed');
+      const message = error?.message ?? String(error), { url } = this;
+      this.#error ??= error instanceof PsplitError ? error
+        : new PsplitError(url === undefined ? message : `${url || 'the response'}: it ended early, after ${this.#length} bytes (${message})`, 'failed');
       reader?.cancel().catch(() => {});
       this.#wake();
     };
     const abort = () => fail(new PsplitError('aborted', 'aborted'));
-    signal?.addEventListener('abort', abort);
+    const let_go = on_abort(signal, abort);
     try {
       reader = reader_of(source);
       if (signal?.aborted) abort();
@@ -104,7 +120,7 @@ export class ArrivingBytes {
     } catch (error) {
       fail(error);
     }
-    signal?.removeEventListener('abort', abort);
+    let_go();
   }
   #change() {
     return new Promise((resolve) => this.#changed.push(resolve));

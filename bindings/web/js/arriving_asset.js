@@ -7,10 +7,17 @@ import { check_counts, kExtensionName, stored_primitive, use_fine_meshes } from 
 const kGlb = 0x46546c67, kContainer = 0x4c505350, kJsonChunk = 0x4e4f534a, kChunkHeader = 8, kGlbHeader = 12;
 const invalid = (message) => new PsplitError(message, 'invalid-input');
 
+const ends_early = ({ url }, at, end) => invalid(`${url || 'the response'}: it ends early, after ${at} of at least ${end} bytes`);
+// The bytes [begin, end) of a file. Throws if there are fewer.
+function whole(bytes, file, begin, end) {
+  if (bytes.length < end - begin) throw ends_early(file, begin + bytes.length, end);
+  return bytes;
+}
+
 // Opens a file that arrives from the first byte to the last: { file, url }.
 async function open_file(input, signal) {
   const { url, body } = await fetched(input, signal);
-  return { file: new ArrivingBytes(body, signal), url };
+  return { file: new ArrivingBytes(body, signal, url), url };
 }
 
 // The container that a primitive names. Primitives with equal keys are equal.
@@ -52,7 +59,7 @@ export class ArrivingAsset {
     let text = null;
     if (magic === kGlb && head.length === kGlbHeader + kChunkHeader && word(head, 4) === 2 && word(head, 16) === kJsonChunk) {
       const end = head.length + word(head, 12);
-      text = await this.#file.bytes(head.length, end);
+      text = whole(await this.#file.bytes(head.length, end), this.#file, head.length, end);
       this.#binary = end + kChunkHeader;
     } else if (magic !== kGlb) {
       text = await this.#file.bytes(0);
@@ -104,7 +111,12 @@ export class ArrivingAsset {
   // The bytes of a buffer view as they arrive; null: of the whole file.
   async* chunks(view) {
     const { file, begin, end } = await this.place(view);
-    yield* file.chunks(begin, end);
+    let at = begin;
+    for await (const chunk of file.chunks(begin, end)) {
+      at += chunk.length;
+      yield chunk;
+    }
+    if (end !== Infinity && at < end) throw ends_early(file, at, end);
   }
   // Where they are: in a file, to before `end`.
   async place(view) {
@@ -121,7 +133,7 @@ export class ArrivingAsset {
   }
   async buffer(number, offset = 0, length = this.json.buffers[number].byteLength) {
     const { bytes, begin } = await this.#buffer(number);
-    return bytes.bytes(begin + offset, begin + offset + length);
+    return whole(await bytes.bytes(begin + offset, begin + offset + length), bytes, begin + offset, begin + offset + length);
   }
 
   // Where a buffer's bytes arrive. Other files are asked for when they are needed.

@@ -1,15 +1,15 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader. Primitives in patches, in stock Draco, and without compression.
 import { as_psplit_error, PsplitError } from './error.js';
-import { fitting_indices, kComponentCounts, kComponentTypes, kIndexArrays, names_of, number_of, packed, set_number, slot_of, stored_primitive,
+import { draco_primitive, fitting_indices, kComponentCounts, kComponentTypes, kIndexArrays, names_of, number_of, packed, set_number, slot_of, stored_primitive,
   use_fine_meshes } from './gltf.js';
 import { decodeContainer, decodeDraco } from './index.js';
 import { bytes_of, signal_of } from './job.js';
 import { is_node, node_module } from './node.js';
 import { array_of } from './types.js';
 
-const kDraco = 'KHR_draco_mesh_compression', kMeshopt = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
+const kMeshopt = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
 const kGlb = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
-const kMostUnbacked = 2 ** 30;  // bytes of zeros that targets without a buffer view have
+const kMostUnbacked = 2 ** 30;  // bytes of zeros that accessors without a buffer view have
 const on_this_thread = { decodeContainer, decodeDraco };
 
 const invalid = (message) => new PsplitError(message, 'invalid-input');
@@ -23,7 +23,7 @@ async function fetch_bytes(url, signal) {
     }
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`HTTP status ${response.status}`);
-    return new Uint8Array(await response.arrayBuffer());
+    return new Uint8Array(await response.arrayBuffer().catch(({ message }) => { throw new Error(`it ended early (${message})`); }));
   } catch (error) {
     if (signal.aborted) throw ended();
     throw new PsplitError(`${url} cannot be loaded: ${error.message}`, 'failed');
@@ -41,13 +41,13 @@ function parse(bytes) {
     }
   };
   if (bytes.length < 20 || view.getUint32(0, true) !== kGlb) return { json: json_of(bytes) };
-  const version = view.getUint32(4, true), end = Math.min(bytes.length, view.getUint32(8, true)), chunks = new Map();
+  const version = view.getUint32(4, true), length = view.getUint32(8, true), end = Math.min(bytes.length, length), chunks = new Map();
   if (version !== 2) throw new PsplitError(`the GLB has version ${version}`, 'unsupported');
   for (let at = 12; at + 8 <= end;) {
-    const length = view.getUint32(at, true), kind = view.getUint32(at + 4, true);
-    if (at + 8 + length > end) throw invalid('the GLB ends early');
-    if (!chunks.has(kind)) chunks.set(kind, bytes.subarray(at + 8, at + 8 + length));
-    at += 8 + length + (-length & 3);
+    const chunk_bytes = view.getUint32(at, true), kind = view.getUint32(at + 4, true);
+    if (at + 8 + chunk_bytes > end) throw invalid(`the GLB ends early: ${bytes.length} of ${length} bytes`);
+    if (!chunks.has(kind)) chunks.set(kind, bytes.subarray(at + 8, at + 8 + chunk_bytes));
+    at += 8 + chunk_bytes + (-chunk_bytes & 3);
   }
   if (!chunks.has(kJsonChunk)) throw invalid('the GLB has no JSON');
   return { json: json_of(chunks.get(kJsonChunk)), binary: chunks.get(kBinaryChunk) };
@@ -88,9 +88,9 @@ class Asset {
   }
 
   async #primitive(definition) {
-    const draco = definition.extensions?.[kDraco], patches = stored_primitive(this.#json, definition);
-    if ((patches ?? draco) === undefined) return this.#plain_primitive(definition);
-    const names = patches?.attributes.map(({ name }) => name) ?? Object.keys(draco.attributes ?? {});
+    const patches = stored_primitive(this.#json, definition), draco = patches ?? draco_primitive(this.#json, definition);
+    if (draco === undefined) return this.#plain_primitive(definition);
+    const names = draco.attributes.map(({ name }) => name);
     try {
       const decoded = await (patches ? this.#patches(definition, patches) : this.#draco(definition, draco));
       return { ...decoded, ...arranged(definition, { ...await this.#attributes(definition, names, decoded.pointCount), ...decoded.attributes }) };
@@ -108,16 +108,12 @@ class Asset {
       attributes: by_name(mesh.attributes) };
   }
   async #draco(definition, { bufferView, attributes }) {
-    const requests = Object.entries(attributes).map(([name, uniqueId]) => {
-      const { componentType, normalized = false } = this.#accessor(definition.attributes[name]);
-      return { name, uniqueId, type: kComponentTypes[componentType], normalized };
-    });
-    const mesh = await this.#decoded('decodeDraco', bufferView, requests);
+    const mesh = await this.#decoded('decodeDraco', bufferView, attributes);
     const Type = kIndexArrays[this.#json.accessors?.[definition.indices]?.componentType] ?? Uint32Array;
     const fits = mesh.pointCount < 2 ** (8 * Type.BYTES_PER_ELEMENT);
     return { coding: 'draco', pointCount: mesh.pointCount,
       indices: Type === Uint32Array || !fits ? mesh.indices : new Type(mesh.indices),
-      attributes: by_name(mesh.attributes.map((attribute, i) => ({ ...attribute, normalized: requests[i].normalized }))) };
+      attributes: by_name(mesh.attributes.map((attribute, i) => ({ ...attribute, normalized: attributes[i].normalized }))) };
   }
   #decoded(decode, view, attributes) {
     const key = JSON.stringify([decode, view, attributes]);
@@ -151,13 +147,13 @@ class Asset {
       throw invalid(`accessor ${i} has no valid type or count`);
     return accessor;
   }
-  // Those of a morph target may have no buffer view: they are 0, but for sparse ones. `points`: of the primitive of a target.
+  // Without a buffer view they are 0, but for sparse ones. `points`: of the primitive of a morph target.
   async #values(i, points) {
     const accessor = this.#accessor(i), { bufferView, componentType, count, type, normalized = false, sparse } = accessor;
     const componentCount = kComponentCounts[type], Type = array_of(kComponentTypes[componentType]), length = count * componentCount;
     const is_unbacked = bufferView === undefined;
-    if (is_unbacked && (count !== points || (this.#unbacked += length * Type.BYTES_PER_ELEMENT) > kMostUnbacked))
-      throw new PsplitError(`accessor ${i} has no buffer view`, 'unsupported');
+    if (is_unbacked && ((points ?? count) !== count || (this.#unbacked += length * Type.BYTES_PER_ELEMENT) > kMostUnbacked))
+      throw new PsplitError(`accessor ${i} has ${count} elements without a buffer view`, 'unsupported');
     const array = is_unbacked ? new Type(length)
       : new Type(packed(await this.#view(bufferView), accessor, this.#json.bufferViews[bufferView]).buffer);
     if (sparse !== undefined) await this.#apply_sparse(array, componentCount, accessor, sparse);
@@ -179,8 +175,10 @@ class Asset {
     const meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
     if (meshopt !== undefined) throw new PsplitError(`buffer view ${i} has ${meshopt}`, 'unsupported');
     const bytes = await this.#buffer(buffer);
-    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length))
-      throw invalid(`buffer view ${i} is not in its buffer`);
+    if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length)) {
+      const { byteLength: all } = this.#json.buffers[buffer];
+      throw invalid(bytes.length < all ? `buffer ${buffer} ends early: ${bytes.length} of ${all} bytes` : `buffer view ${i} is not in its buffer`);
+    }
     return bytes.subarray(byteOffset, byteOffset + byteLength);
   }
   #buffer(i) {

@@ -1,9 +1,14 @@
-// The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader.
+// The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader, and psplit as its decoder of stock Draco.
 import type { ChoosePatches, ChosenPatches, ContainerCounts, DecodedPart, Pool } from './index.js';
 
 export interface BabylonOptions {
   /** Decodes. By default a pool that all loaders share, which ends its workers when they are idle. */
   pool?: Pool;
+  /**
+   * Whether psplit also decodes lists of triangles in KHR_draco_mesh_compression, which is the default: Babylon.js then loads no decoder
+   * for them. Bitstreams older than 2.2 need `false`, which leaves all of them to Babylon.js.
+   */
+  draco?: boolean;
 }
 
 /**

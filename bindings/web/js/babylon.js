@@ -1,9 +1,9 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader. Before the loader reads a mesh, each primitive of the
 // extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
-// for an asset that is not compressed.
+// for an asset that is not compressed. Primitives in stock Draco get them too, so that Babylon.js needs no decoder of draco3d.
 import { ArrivingAsset } from './arriving_asset.js';
 import { error_from_data, PsplitError } from './error.js';
-import { check_counts, index_type, is_all_stored, kComponentCounts, kComponentTypes, kExtensionName, kIndexArrays, number_of, packed, set_number, stored_primitive, use_fine_meshes } from './gltf.js';
+import { check_counts, draco_primitive, index_type, is_all_stored, kComponentCounts, kComponentTypes, kDraco, kExtensionName, kIndexArrays, number_of, packed, set_number, stored_primitive, use_fine_meshes } from './gltf.js';
 import { GrowingMesh } from './growing_mesh.js';
 import { signal_of } from './job.js';
 import { createPool } from './pool.js';
@@ -12,7 +12,8 @@ import { array_of } from './types.js';
 let default_pool;
 
 export function registerPsplit(registerGLTFExtension, options) {
-  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, options?.pool));
+  // If this were an extension of glTF, Babylon.js would make none for assets in stock Draco alone.
+  registerGLTFExtension(kExtensionName, false, (loader) => new PatchesLoader(loader, options ?? {}));
 }
 
 // Assets that arrive, by number: { asset, signal, end, patchByPatch, onProgress, onPart, choose }, and `growing`, the promises of meshes
@@ -45,14 +46,18 @@ export async function loadStreaming(load, url, scene, options) {
   }
 }
 
-const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,
-  message: `${place}/extensions/${kExtensionName}: ${error.message}` });
+const placed = (error, place, extension = kExtensionName) => error_from_data({ code: error.code, patch: error.patch,
+  message: `${place}/extensions/${extension}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
-// Throws if a mesh does not fit the accessors. If it is one of chosen patches, the container's own accessors get its counts.
-function fit({ gltf, primitive, stored, accessors }, mesh) {
+// Throws if a mesh does not fit the accessors. If it is one of chosen patches, the container's own accessors get its counts. So do
+// those of stock Draco, because Babylon.js itself does not ask whether the accessors have other ones.
+function fit({ gltf, primitive, stored, accessors, is_draco }, mesh) {
   const { chosen, faceCount, pointCount } = mesh;
-  if (chosen === undefined) return check_counts(gltf, primitive, stored.attributes, mesh);
+  if (chosen === undefined && !is_draco) return check_counts(gltf, primitive, stored.attributes, mesh);
+  for (const { name, componentCount } of is_draco ? mesh.attributes : [])
+    if (componentCount !== kComponentCounts[accessors.get(name).type])
+      throw new PsplitError(`${name} has ${componentCount} components, but its accessor has the type ${accessors.get(name).type}`, 'invalid-input');
   for (const accessor of accessors.values()) accessor.count = pointCount;
   const indices = accessors.get(undefined);
   Object.assign(indices, { count: 3 * faceCount, componentType: index_type(indices, pointCount) });
@@ -140,15 +145,17 @@ class PatchesLoader {
 
   #loader;
   #pool;
+  #takes_draco;
   #columns = new Map();  // { container, name } by buffer view; the name of indices is undefined
   #by_primitive = new Map();  // containers
   #sources = new Map();  // those that arrive, by Upload
   #abort = new AbortController();
 
-  constructor(loader, pool) {
+  constructor(loader, { pool, draco = true }) {
     this.#loader = loader;
     this.#pool = pool;
-    this.enabled = loader.isExtensionUsed(kExtensionName);
+    this.#takes_draco = draco && loader.isExtensionUsed(kDraco);
+    this.enabled = loader.isExtensionUsed(kExtensionName) || this.#takes_draco;
   }
 
   // Babylon.js disposes of a loader also when the load is done. Meshes that have begun to grow go on.
@@ -163,11 +170,16 @@ class PatchesLoader {
     (gltf.meshes ?? []).forEach(({ primitives }, m) => primitives.forEach((primitive, p) => {
       const place = `/meshes/${m}/primitives/${p}`;
       try {
-        const stored = stored_primitive(gltf, primitive);
+        const patches = stored_primitive(gltf, primitive), stored = patches ?? this.#draco(gltf, primitive);
         if (stored === undefined) return;
-        const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices, primitive.targets]);
+        const { [kExtensionName]: own, [kDraco]: draco, ...extensions } = primitive.extensions;
+        const key = JSON.stringify([own ?? draco, primitive.attributes, primitive.indices, primitive.targets]);
         if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place, { mesh: m, primitive: p }));
         const container = containers.get(key);
+        if (patches === undefined) {
+          primitive.extensions = extensions;  // or Babylon.js decodes it as well
+          container.is_draco = container.is_whole = true;
+        }
         container.may_choose &&= is_all_stored(primitive, stored.attributes);
         this.#by_primitive.set(primitive, container);
         ++container.uses;
@@ -178,6 +190,11 @@ class PatchesLoader {
         throw placed(error, place);
       }
     }));
+  }
+
+  // A primitive in stock Draco that this takes.
+  #draco(gltf, primitive) {
+    return this.#takes_draco && (primitive.mode ?? 4) === 4 && primitive.indices !== undefined ? draco_primitive(gltf, primitive) : undefined;
   }
 
   // Null for buffer views of the asset, which the loader then loads itself.
@@ -203,7 +220,7 @@ class PatchesLoader {
   #add_accessors(gltf, { attributes, indices, targets }, stored, place, numbers) {
     const primitive = { attributes: { ...attributes }, indices, targets: targets?.map((target) => ({ ...target })) };
     const container = { gltf, primitive, stored, place, numbers, arrays: undefined, uses: 0, meshes: [], is_whole: false,
-      may_choose: true, accessors: new Map() };  // its own, by name; the indices come first
+      is_draco: false, may_choose: true, accessors: new Map() };  // its own, by name; the indices come first
     for (const name of [undefined, ...stored.attributes.map((attribute) => attribute.name)]) {
       const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
       gltf.bufferViews.push(view);
@@ -247,7 +264,7 @@ class PatchesLoader {
       const columns = [...container.accessors.keys()].map((name) => [name, number_of(primitive, name)]);
       const has_fallback = columns.every(([, accessor]) => gltf.accessors[accessor].bufferView !== undefined);
       const is_fault = !(error instanceof PsplitError) || error.code === 'invalid-input' || error.code === 'aborted';
-      if (is_fault || !has_fallback || upload?.has_begun === true) throw placed(error, place);
+      if (is_fault || !has_fallback || upload?.has_begun === true) throw placed(error, place, container.is_draco ? kDraco : undefined);
       return new Map(await Promise.all(columns.map(async ([name, number]) => {
         const accessor = gltf.accessors[number], { bufferView: view } = accessor;
         return [name, packed(await this.#load_view(gltf, view), accessor, gltf.bufferViews[view])];
@@ -255,9 +272,9 @@ class PatchesLoader {
     }
   }
 
-  async #decode_bytes({ gltf, primitive, stored: { bufferView: view, attributes }, numbers, may_choose }, signal, source, upload) {
+  async #decode_bytes({ gltf, primitive, stored: { bufferView: view, attributes }, numbers, is_draco, may_choose }, signal, source, upload) {
     const pool = this.#pool ?? (default_pool ??= createPool());
-    if (source !== undefined) {
+    if (source !== undefined && !is_draco) {
       const { asset, onProgress, onPart, choose } = source;
       const add = (part, counts) => {
         upload.add(part, counts);
@@ -273,7 +290,7 @@ class PatchesLoader {
     }
     const data = await this.#load_view(gltf, view);
     // The data is a part of the file's buffer, which must stay.
-    return pool.decodeContainer(data.slice(), { attributes, transfer: true, signal });
+    return pool[is_draco ? 'decodeDraco' : 'decodeContainer'](data.slice(), { attributes, transfer: true, signal });
   }
 
   async #load_view(gltf, view) {

@@ -1,9 +1,11 @@
 // Patches that a caller chooses, and the bytes of a file that they need. Pages load this when they choose patches.
-import { ArrivingBytes, fetched } from './arriving.js';
-import { front_bytes, joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './container.js';
+import { ArrivingBytes, fetched, is_file } from './arriving.js';
+import { joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './container.js';
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
+import { front_bytes } from './head.js';
 import { Decoder } from './instance.js';
+import { on_abort, or_abort } from './job.js';
 import { with_arrays } from './part.js';
 import { array_of } from './types.js';
 
@@ -43,7 +45,7 @@ async function end_of(reader) {
 // A file on a server that sends parts of it. Only bytes that are needed are asked for.
 class RangedFile {
   #fetch;       // (range, headers) => Promise<{ response, release }>, where release() lets no signal abort the request any more
-  #url;
+  url;
   #signal;
   #validator;
   #is_foreign;  // its server may not know If-Range, so that browsers do not send it
@@ -53,7 +55,7 @@ class RangedFile {
 
   constructor(fetch_range, { response, release }, [, end, total], validator, signal) {
     this.#fetch = fetch_range;
-    this.#url = response.url;
+    this.url = response.url;
     this.#signal = signal;
     this.#validator = validator;
     const { location } = globalThis;
@@ -111,13 +113,13 @@ class RangedFile {
       const other = response.headers.get(name), range = range_of(response);
       const may_lack = response.status === 206 && !this.#is_foreign && name !== 'ETag';
       if (response.status === 416 || (response.ok && other !== value && !(may_lack && other === null)))
-        throw failed(`${this.#url}: the file changed while it was read`);
-      if (response.status !== 200 && response.status !== 206) throw failed(`${this.#url}: HTTP status ${response.status}`);
+        throw failed(`${this.url}: the file changed while it was read`);
+      if (response.status !== 200 && response.status !== 206) throw failed(`${this.url}: HTTP status ${response.status}`);
       if (response.status === 206 && (range === null || range[0] !== begin || range[1] !== end || range[2] !== this.total))
-        throw failed(`${this.#url}: the server sent other bytes than it was asked for`);
+        throw failed(`${this.url}: the server sent other bytes than it was asked for`);
       yield* this.#body(response, release, begin, end);
     } catch (error) {
-      throw error instanceof PsplitError || error?.name === 'AbortError' ? error : failed(`${this.#url}: ${error.message}`);
+      throw error instanceof PsplitError || error?.name === 'AbortError' ? error : failed(`${this.url}: ${error.message}`);
     } finally {
       const next = this.#waiting.shift();
       if (next === undefined) --this.#running;
@@ -132,9 +134,9 @@ class RangedFile {
       // A response is read to its end, so that its connection can be used again.
       while (at < end || !is_whole) {
         const { done, value } = await (at < end ? reader.read() : end_of(reader));
-        if (done && at < end) throw failed(`${this.#url}: the server sent fewer bytes than it said`);
+        if (done && at < end) throw failed(`${this.url}: the server sent fewer bytes than it said`);
         if (done) return;
-        if (at + value.length > end && !is_whole) throw failed(`${this.#url}: the server sent more bytes than it said`);
+        if (at + value.length > end && !is_whole) throw failed(`${this.url}: the server sent more bytes than it said`);
         const part = value.subarray(Math.max(0, begin - at), Math.min(value.length, end - at));
         at += value.length;
         if (at === end && !is_whole) release();
@@ -155,14 +157,12 @@ export async function open_ranged(input, signal) {
   const fetch_range = async (range, more = {}) => {
     const headers = new Headers(is_request ? input.headers : undefined);
     for (const [name, value] of Object.entries({ Range: range, ...more })) headers.set(name, value);
-    const own = new AbortController(), abort = () => own.abort();
-    signal.addEventListener('abort', abort);
+    const own = new AbortController(), abort = () => own.abort(), release = on_abort(signal, abort);
     if (signal.aborted) abort();
-    return { response: await fetch(is_request ? input.clone() : input, { headers, signal: own.signal }),
-      release: () => signal.removeEventListener('abort', abort) };
+    return { response: await fetch(is_request ? input.clone() : input, { headers, signal: own.signal }), release };
   };
   let response = input;
-  if (!(input instanceof Response) && !(is_request && (input.method !== 'GET' || input.headers.has('Range')))) {
+  if (!(input instanceof Response) && !is_file(input) && !(is_request && (input.method !== 'GET' || input.headers.has('Range')))) {
     const first = await fetch_range(`bytes=0-${kFirstBytes - 1}`).catch(() => null);
     response = first && first.response;
     const range = response && range_of(response), validator = response && validator_of(response);
@@ -175,7 +175,7 @@ export async function open_ranged(input, signal) {
     }
   }
   const { url, body } = await fetched(response, signal);
-  return { file: new ArrivingBytes(body, signal), url };
+  return { file: new ArrivingBytes(body, signal, url), url };
 }
 
 const decoders = new WeakMap();  // by module
@@ -183,14 +183,6 @@ function decoder_of(module) {
   if (!decoders.has(module)) decoders.set(module, new Decoder(module));
   return decoders.get(module);
 }
-
-// Settles as the promise, or rejects when the signal aborts.
-const or_abort = (promise, signal) => new Promise((resolve, reject) => {
-  const abort = () => reject(new PsplitError('aborted', 'aborted'));
-  if (signal.aborted) abort();
-  signal.addEventListener('abort', abort);
-  Promise.resolve(promise).then(resolve, reject).finally(() => signal.removeEventListener('abort', abort));
-});
 
 function checked(given, patch_count) {
   if (typeof given[Symbol.iterator] !== 'function') throw invalid('`choose` returned no list of patches');
@@ -210,15 +202,16 @@ export const empty_mesh = (attributes) => ({ faceCount: 0, pointCount: 0, patchC
 /**
  * Asks choose() about a container, and asks for the bytes that the chosen patches need. Resolves to null if the whole container is
  * wanted; otherwise to { chosen, parts }, the numbers of the patches and what a job with `chosen` gets, as it arrives.
- * @param {WebAssembly.Module} module
+ * @param {(front: Uint8Array) => Promise<WebAssembly.Module>} module_for what decodes a container
  * @param {{ file: RangedFile | ArrivingBytes, begin: number, end: number }} place of the container
  * @param {(counts: ContainerCounts) => object} check returns what choose() is told besides; throws if the container does not fit
  */
-export async function planned(module, { file, begin, end }, choose, check, signal) {
-  const read = (from, to) => file.bytes(Math.min(end, begin + from), Math.min(end, begin + to)), decoder = decoder_of(module);
+export async function planned(module_for, { file, begin, end }, choose, check, signal) {
+  const read = (from, to) => file.bytes(Math.min(end, begin + from), Math.min(end, begin + to));
   let front = await read(0, kFrontBytes);
   const front_length = front_bytes(front);
   if (front.length < front_length) front = joined([front, await read(front.length, front_length)]);
+  const decoder = decoder_of(await module_for(front));
   const { counts, has_borders, stream_bytes, face_counts, stitch_at, streams_at } = decoder.with_outline(front, (container) => {
     const bytes = container.column(kStreamBytes), length = container.front_length + sum(container.column(kStitchBytes));
     if (end !== Infinity && begin + length + sum(bytes) !== end) throw wrong_length();

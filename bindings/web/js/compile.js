@@ -36,6 +36,18 @@ async function compile(wasm, { name, file }) {
   }
 }
 
+/** A function that returns what make() promised when it was called first. A failure is not kept: the next call tries again. */
+export function once(make) {
+  let made;
+  return () => {
+    const making = (made ??= make().catch((error) => {
+      if (made === making) made = undefined;
+      throw error;
+    }));
+    return making;
+  };
+}
+
 /**
  * Compiles a module: a module, its bytes, or its address; by default `file()`. `has` is an export by which it is known.
  * @returns {Promise<WebAssembly.Module>}

@@ -1,23 +1,12 @@
 // A container in an instance of the module, and the range of its streams that the instance decodes. Synchronous.
 import { PsplitError } from './error.js';
+import { head_of } from './head.js';
 import { array_of, kSemantics, kTypes } from './types.js';
 
 export const wrong_length = () => new PsplitError('container: its length is not the sum of its parts', 'invalid-input');
 
 // glTF's number of a type.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
-
-const kHeaderBytes = 20, kMagic = 0x4c505350;
-
-// Where the head begins and ends. If the bytes that are there are not those of a container, both are 0.
-function head_of(bytes) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
-  const begin = kHeaderBytes + word(12);
-  return word(0) === kMagic ? { begin, end: begin + word(16) } : { begin: 0, end: 0 };
-}
-
-// The bytes to the end of the head; 0 if they are not those of a container: then no more are needed.
-export const front_bytes = (bytes) => (bytes.length < kHeaderBytes ? kHeaderBytes : head_of(bytes).end);
 
 // The boxes of streams, which a section of a valid container's head may have. Undefined if there are none, or if they are broken.
 function boxes_of(bytes, stream_count) {

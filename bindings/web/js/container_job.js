@@ -11,8 +11,9 @@
 // A job that `arrives` has no bytes: they come in chunks, to one worker. If it has `chosen`, the numbers of patches, the first
 // chunk has the bytes to the end of the head; the next one has the stitch map if patches share values at borders; and all others
 // the streams that Container.choose names.
-import { Container, front_bytes, joined, kFront, kOutline } from './container.js';
+import { Container, joined, kFront, kOutline } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
+import { front_bytes } from './head.js';
 import { part_of, with_arrays } from './part.js';
 import { array_of } from './types.js';
 

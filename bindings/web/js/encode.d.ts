@@ -128,7 +128,7 @@ export function encodeMeshes(meshes: MeshToEncode[], options?: MeshesOptions): P
  * Says where `psplit_encoder.wasm` and `encode_worker.js` are, if not beside the package's code. An option that is left out has its
  * default again.
  */
-export function configure(options: Configuration): void;
+export function configure(options: Omit<Configuration, 'condensedWasm'>): void;
 
 export interface Transfer {
   /** Whether the mesh's arrays may be transferred to the worker: the caller's are then empty. */

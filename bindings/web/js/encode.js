@@ -1,5 +1,5 @@
 // psplit/encode: encodes meshes as containers of patches. The bytes are those of `gltf-psplit encode`.
-import { compile_file } from './compile.js';
+import { compile_file, once } from './compile.js';
 import { encode_job, encode_meshes } from './encode_job.js';
 import { job_runner, node_worker, page_worker, wasm_file } from './encode_files.js';
 import { PsplitError } from './error.js';
@@ -9,22 +9,13 @@ import { Workers } from './workers.js';
 export { PsplitError } from './error.js';
 
 const configured = { wasm: undefined, worker: undefined };
-let shared;
-
 const compile = (wasm) => compile_file(wasm ?? configured.wasm, { name: 'psplit_encoder.wasm', file: wasm_file, has: 'choose_codings' });
-// The default module. A failure is not kept: the next call tries again.
-function shared_module() {
-  const compiling = (shared ??= compile().catch((error) => {
-    if (shared === compiling) shared = undefined;
-    throw error;
-  }));
-  return compiling;
-}
+let shared_module = once(() => compile());  // the default module
 
 export function configure(options) {
   const { wasm, worker } = options ?? {};
   Object.assign(configured, { wasm, worker });
-  shared = undefined;
+  shared_module = once(() => compile());
 }
 
 export async function encodeMeshes(meshes, options) {

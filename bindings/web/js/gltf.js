@@ -3,6 +3,7 @@
 import { PsplitError } from './error.js';
 
 export const kExtensionName = 'PSPLIT_mesh_draco_patches';
+export const kDraco = 'KHR_draco_mesh_compression';
 
 // By glTF's numbers and names.
 export const kComponentTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
@@ -91,6 +92,23 @@ export function stored_primitive(json, primitive) {
   if (attributes.length === targets.length) throw invalid(`${kExtensionName} has no attributes`);
   if (kIndexArrays[accessor_of(json, primitive).componentType] === undefined)
     throw invalid('the accessor of indices has no valid type');
+  return { bufferView: stored.bufferView, attributes };
+}
+
+/**
+ * The buffer view of the stream of a primitive in stock Draco, and the attributes to decode. Undefined if the primitive does not have
+ * KHR_draco_mesh_compression. Draco says how many components they have.
+ * @returns {{ bufferView: number, attributes: import('./index.js').AttributeRequest[] } | undefined}
+ */
+export function draco_primitive(json, primitive) {
+  const stored = primitive.extensions?.[kDraco];
+  if (stored === undefined) return undefined;
+  if (json.bufferViews?.[stored.bufferView] === undefined) throw invalid('the Draco stream has no buffer view');
+  const attributes = Object.entries(stored.attributes ?? {}).map(([name, uniqueId]) => {
+    const accessor = json.accessors?.[primitive.attributes?.[name]];
+    if (kComponentTypes[accessor?.componentType] === undefined) throw invalid(`${name} has no accessor with a valid type`);
+    return { name, uniqueId, type: kComponentTypes[accessor.componentType], normalized: accessor.normalized ?? false };
+  });
   return { bufferView: stored.bufferView, attributes };
 }
 

@@ -115,6 +115,11 @@ export interface Configuration {
   /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
   wasm?: WebAssembly.Module | BufferSource | string | URL;
   /**
+   * The same of `psplit_condensed.wasm`, which is loaded when the first container with condensed patches comes. It decodes all that
+   * `psplit.wasm` does: given as `wasm`, it is the only module.
+   */
+  condensedWasm?: WebAssembly.Module | BufferSource | string | URL;
+  /**
    * The address of `worker.js`, or a function that makes a worker of it: a `Worker` that is a module, in Node.js one of
    * node:worker_threads. By default `worker.js` beside the package's code.
    */

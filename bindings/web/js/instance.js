@@ -31,17 +31,18 @@ export class Instance {
 
   decode_draco(bytes, requests) {
     return this.#with_handle(bytes, 'decode_stream', 'free_stream', (stream) => {
-      const [face_count, point_count, attribute_count] = this.#words(this.#exports.stream_counts(stream), 3);
-      const stored = Array.from({ length: attribute_count }, (_, i) => this.#stream_attribute(stream, i));
-      const indices = this.#words(this.#exports.stream_faces(stream), 3 * face_count).slice();
-      const attributes = (requests ?? stored).flatMap((request) => {
-        const i = stored.findIndex(({ name, uniqueId }) =>
-          (request.semantic === undefined ? uniqueId === request.uniqueId : name === request.semantic));
-        if (i < 0 && request.semantic !== undefined) return [];
+      // Meshes of few faces are decoded in the time of some of JavaScript's conveniences: here and below, words have numbers.
+      const counts = this.#words(this.#exports.stream_counts(stream), 3), faceCount = counts[0], pointCount = counts[1], stored = [];
+      for (let i = 0, attribute_count = counts[2]; i < attribute_count; ++i) stored.push(this.#stream_attribute(stream, i));
+      const indices = this.#words(this.#exports.stream_faces(stream), 3 * faceCount).slice(), attributes = [];
+      for (const request of requests ?? stored) {
+        const is_wanted = (of) => (request.semantic === undefined ? of.uniqueId === request.uniqueId : of.name === request.semantic);
+        const i = stored.findIndex(is_wanted);
+        if (i < 0 && request.semantic !== undefined) continue;
         if (i < 0) throw new PsplitError(`no attribute has the unique id ${request.uniqueId}`, 'invalid-input');
-        return this.#stream_values(stream, i, { ...stored[i], ...request, uniqueId: stored[i].uniqueId }, point_count);
-      });
-      return { faceCount: face_count, pointCount: point_count, indices, attributes };
+        attributes.push(this.#stream_values(stream, i, request, stored[i], pointCount));
+      }
+      return { faceCount, pointCount, indices, attributes };
     });
   }
 
@@ -51,13 +52,11 @@ export class Instance {
   }
 
   #stream_attribute(stream, i) {
-    const [semantic, type, component_count, normalized, unique_id] =
-      this.#words(this.#exports.stream_attribute(stream, i), 9);
-    return { name: kSemantics[semantic], uniqueId: unique_id, type: kTypes[type], componentCount: component_count,
-      normalized: normalized !== 0 };
+    const words = this.#words(this.#exports.stream_attribute(stream, i), 5);
+    return { name: kSemantics[words[0]], uniqueId: words[4], type: kTypes[words[1]], componentCount: words[2], normalized: words[3] !== 0 };
   }
-  #stream_values(stream, i, { name, uniqueId, type, componentCount, normalized }, point_count) {
-    const number = kTypes.indexOf(type);
+  #stream_values(stream, i, request, { uniqueId, type: stored_type, componentCount, normalized }, point_count) {
+    const { name } = request, type = request.type ?? stored_type, number = kTypes.indexOf(type);
     if (number < 1) throw new PsplitError(`${name}: unknown type ${type}`, 'invalid-input');
     const array = this.#written(kArrays[number], point_count * componentCount, (out) => {
       if (!this.#exports.write_attribute(stream, i, number, out))

@@ -19,15 +19,40 @@ export function check_signal(signal) {
   if (signal != null && typeof signal.addEventListener !== 'function') throw invalid('the option `signal` is not an AbortSignal');
 }
 
+// Functions by signal. A signal has one listener: Node.js warns of more than ten.
+const aborting = new WeakMap();
+
+/** Calls abort() when the signal aborts, but not if it has aborted. Returns a function that lets go of the signal. */
+export function on_abort(signal, abort) {
+  if (signal == null) return () => {};
+  let all = aborting.get(signal);
+  if (all === undefined) {
+    all = { waiting: new Set(), listener: () => { for (const each of [...all.waiting]) each(); } };
+    aborting.set(signal, all);
+  }
+  if (all.waiting.size === 0) signal.addEventListener('abort', all.listener);
+  all.waiting.add(abort);
+  return () => {
+    if (all.waiting.delete(abort) && all.waiting.size === 0) signal.removeEventListener('abort', all.listener);
+  };
+}
+
+/** Settles as the promise, or rejects when the signal aborts. */
+export const or_abort = (promise, signal) => new Promise((resolve, reject) => {
+  const abort = () => reject(new PsplitError('aborted', 'aborted'));
+  if (signal?.aborted) abort();
+  Promise.resolve(promise).then(resolve, reject).finally(on_abort(signal, abort));
+});
+
 /** A signal that aborts with others (null and undefined are left out) and when end() is called, which lets go of them. */
 export function signal_of(...others) {
   const controller = new AbortController(), { signal } = controller, abort = () => controller.abort();
   const signals = others.filter((other) => other != null);
   signals.forEach(check_signal);
-  for (const other of signals) other.addEventListener('abort', abort);
+  const let_go = signals.map((other) => on_abort(other, abort));
   if (signals.some(({ aborted }) => aborted)) abort();
   return { signal, end() {
-    for (const other of signals) other.removeEventListener('abort', abort);
+    for (const each of let_go) each();
     abort();
   } };
 }

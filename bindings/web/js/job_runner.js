@@ -28,19 +28,24 @@ class Inbox {
  * @param {(message: object, transfer?: Transferable[]) => void} post to the pool
  */
 export function make_runner(post) {
-  let decoder, inbox = null;
-  return async ({ module, id, job, chunk }) => {
+  let decoder, other_decoder, inbox = null;  // the other one is of jobs with `has_module`
+  return async ({ module, other_module, id, job, chunk }) => {
     if (chunk !== undefined) return inbox?.id === id ? inbox.add(chunk) : undefined;
     if (module !== undefined) {
       decoder = new Decoder(module);
       post({ is_up: true });
       return;
     }
+    if (other_module !== undefined) {
+      other_decoder = new Decoder(other_module);
+      return;
+    }
     try {
+      const used = job.has_module ? other_decoder : decoder;
       const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
       inbox = job.arrives ? new Inbox(id) : null;
       const is_part = job.ports !== undefined || job.arrives;
-      const result = await (is_part ? decoder.run_part(job, report, inbox) : decoder.run(job, report));
+      const result = await (is_part ? used.run_part(job, report, inbox) : used.run(job, report));
       if (result !== undefined) post({ id, result }, buffers_of(result));
     } catch (error) {
       post({ id, error: error_to_data(error) });

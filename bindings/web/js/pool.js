@@ -3,8 +3,9 @@ import { ArrivingAsset } from './arriving_asset.js';
 import { ArrivingBytes } from './arriving.js';
 import { PsplitError } from './error.js';
 import { choice, job_runner, node_worker, page_worker } from './files.js';
-import { make_job, signal_of } from './job.js';
-import { compile_module, configured, shared_module } from './module.js';
+import { head_begin, is_condensed, kHeaderBytes } from './head.js';
+import { make_job, or_abort, signal_of } from './job.js';
+import { compile_module, configured, module_for, shared_module } from './module.js';
 import { Task } from './task.js';
 import { Workers } from './workers.js';
 
@@ -14,10 +15,21 @@ const kLeastBytes = 16384;
 const kDecoders = { job_runner, node_worker, page_worker, does: 'decodes', worker: () => configured.worker,
   load: (wasm) => (wasm == null ? shared_module() : compile_module(wasm)) };
 
+// The first bytes of a container that arrives, to the first of its head.
+async function front_of(source) {
+  await source.until(kHeaderBytes);
+  const end = head_begin(source.copy(0, kHeaderBytes)) + 1;
+  await source.until(end);
+  return source.copy(0, end);
+}
+
 class Pool {
   #workers;
+  #condensed_wasm;
+  #loading = new Set();  // functions that end jobs which wait for psplit_condensed.wasm
 
   constructor(options) {
+    this.#condensed_wasm = options?.condensedWasm;
     this.#workers = new Workers(options, kDecoders);
   }
 
@@ -48,7 +60,7 @@ class Pool {
     try {
       const source = new ArrivingBytes(stream, signal);
       if (chosen === undefined) await source.until(kLeastBytes);
-      return await this.#add({ ...job, source, chosen }, options);
+      return await this.#add({ ...job, source, chosen }, options, await front_of(source));
     } finally {
       end();  // after an error, the stream
     }
@@ -59,7 +71,7 @@ class Pool {
   async decodeView(asset, view, { choose, place, check, ...options }) {
     if (choose != null) {
       const { empty_mesh, planned } = await choice();
-      const plan = await planned(await this.#workers.load(), await asset.place(view), choose, (counts) => (check(counts), place), options.signal);
+      const plan = await planned((front) => this.#module_for(front, options.signal), await asset.place(view), choose, (counts) => (check(counts), place), options.signal);
       if (plan?.chosen.length === 0) return empty_mesh(options.attributes ?? []);
       if (plan !== null) return this.#decode_stream(plan.parts, options, plan.chosen);
     }
@@ -94,10 +106,24 @@ class Pool {
   // Ends all workers. Jobs that are not done reject.
   dispose() {
     this.#workers.dispose();
+    for (const end of this.#loading) end();
   }
 
-  #add(job, options) {
-    return this.#workers.add((id) => new Task(id, job, options), options.signal);
+  async #module_for(front, outer) {
+    const { signal, end } = signal_of(outer);
+    this.#loading.add(end);
+    try {
+      return await or_abort(this.#workers.load().then((module) => module_for(front, module, this.#condensed_wasm)), signal);
+    } finally {
+      this.#loading.delete(end);
+      end();
+    }
+  }
+  // `front`: the container's first bytes.
+  async #add(job, options, front = job.bytes) {
+    const task = new Task(job, options);
+    if (job.kind === 'container' && is_condensed(front)) task.module = await this.#module_for(front, options.signal);
+    return this.#workers.add((id) => Object.assign(task, { id }), options.signal);
   }
 }
 

@@ -13,6 +13,7 @@ const stream_count_of = (bytes) =>
 
 export class Task {
   members = [];  // the pool's workers that have it
+  module;        // what decodes it, if it is not the pool's own module
   #job;
   #byte_count;  // at first
   #workers;
@@ -23,12 +24,11 @@ export class Task {
   #reported = 0;
   #is_final = new Set();  // delivered streams
 
-  constructor(id, job, { transfer = false, onProgress, onPart, workers }) {
+  constructor(job, { transfer = false, onProgress, onPart, workers }) {
     if (workers !== undefined && !(Number.isInteger(workers) && workers > 0))
       throw new PsplitError('the option `workers` is not a positive integer', 'invalid-input');
     for (const [name, given] of Object.entries({ onProgress, onPart }))
       if (typeof (given ?? Object) !== 'function') throw new PsplitError(`the option \`${name}\` is not a function`, 'invalid-input');
-    this.id = id;
     this.#job = job;
     this.#byte_count = job.bytes.length;
     this.#on_progress = onProgress ?? undefined;
@@ -59,7 +59,8 @@ export class Task {
   // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before. Bytes
   // that arrive are not in the message.
   messages(part_count, can_share) {
-    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes, source, ...rest } = this.#job;
+    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes, source, ...given } = this.#job;
+    const rest = { ...given, has_module: this.module !== undefined };
     if (bytes.length !== this.#byte_count) throw new PsplitError("the data's buffer was transferred elsewhere", 'invalid-input');
     const parts = this.#on_part !== undefined, reports = parts || this.#on_progress !== undefined;
     if (source !== undefined) return [[{ id: this.id, job: { ...rest, reports, parts, arrives: true } }, []]];

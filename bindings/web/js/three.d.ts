@@ -46,6 +46,12 @@ export interface PsplitPluginOptions {
    * attributes that are not in patches: these are whole.
    */
   choose?: ChoosePatches | null;
+  /**
+   * Decodes primitives in KHR_draco_mesh_compression: a PsplitDracoLoader or three's DRACOLoader. By default psplit decodes them in the
+   * pool; with loadStreaming, the GLTFLoader's DRACOLoader does, if it has one. `false` leaves them to the GLTFLoader, which then needs
+   * a DRACOLoader. Bitstreams older than 2.2 need three's DRACOLoader, here or as a PsplitDracoLoader's `fallback`.
+   */
+  dracoLoader?: Loader<BufferGeometry> | false;
   /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */
   file?: string;
 }
@@ -65,7 +71,7 @@ export interface PatchFacts extends ChosenPatches {
 }
 
 /**
- * Decodes PSPLIT_mesh_draco_patches in GLTFLoader:
+ * Decodes PSPLIT_mesh_draco_patches in GLTFLoader, and KHR_draco_mesh_compression, which the loader then needs no DRACOLoader for:
  *
  *     loader.register((parser) => new PsplitPlugin(parser, { pool }));
  *

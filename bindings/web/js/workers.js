@@ -2,7 +2,7 @@
 // Workers start when tasks come, and end when they were idle for a while. Every task settles: if a worker fails, its task rejects,
 // and all workers of the task are replaced.
 import { error_from_data, PsplitError } from './error.js';
-import { check_signal } from './job.js';
+import { check_signal, on_abort } from './job.js';
 import { is_node, node_module } from './node.js';
 
 const kDefaultWorkers = 4;
@@ -71,7 +71,7 @@ export class Workers {
   #may_run_here;
   #module;
   #waiting = [];
-  // { worker, is_up, is_here, task, timer }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  // { worker, is_up, is_here, task, timer, module }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
   #members = new Set();
   #next_id = 0;
   #is_disposed = false;
@@ -127,11 +127,11 @@ export class Workers {
       const task = make_task(this.#next_id++);
       const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
       const settle = (how) => (value) => {
-        signal?.removeEventListener('abort', abort);
+        let_go();
         how(value);
       };
       task.resolve = settle(resolve), task.reject = settle(reject);
-      signal?.addEventListener('abort', abort);
+      const let_go = on_abort(signal, abort);
       this.#waiting.push(task);
       // Jobs that come together share the workers.
       queueMicrotask(() => this.#advance());
@@ -165,7 +165,7 @@ export class Workers {
   }
 
   async #start(is_here = false) {
-    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined };
+    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined, module: undefined };
     this.#members.add(member);
     try {
       const module = this.load();  // at the same time as the worker
@@ -189,6 +189,11 @@ export class Workers {
       member.worker.hold();
     }
     try {
+      for (const member of members) {
+        if (task.module === undefined || member.module === task.module) continue;
+        member.worker.post({ other_module: task.module });
+        member.module = task.module;
+      }
       const messages = task.messages(members.length, this.#is_shared);
       for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
       if (task.source !== undefined) this.#feed(task, members[0]);

@@ -3,6 +3,11 @@
 #include "bindings/web/src/exports.h"
 
 namespace psplit::web {
+
+#if !defined(PSPLIT_WITHOUT_CONDENSED)
+// Tells the module that decodes condensed patches from the one that refuses them.
+PSPLIT_WEB_EXPORT(reads_condensed) bool reads_condensed() { return true; }
+#endif
 namespace {
 
 // address and length of a list of words

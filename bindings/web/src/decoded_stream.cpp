@@ -49,7 +49,10 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   const auto most = static_cast<size_t>(core::justified_bytes(size));
   core::Arena arena(stream->memory_.get(), kFirstBytes, most, grow);
   const Fault fault = decode_stream(*header, arena, stream->patch_);
-  if (fault != Fault::kNone) return status_of(fault);
+  if (fault != Fault::kNone) {
+    stream.reset();  // before a message takes memory behind it
+    return status_of(fault);
+  }
   resize(stream->memory_.get(), arena.mark());
   stream->close_up_faces();
   return stream;
@@ -73,20 +76,19 @@ void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
   for (size_t i = 0; i < count; ++i) static_cast<uint16_t*>(out)[i] = static_cast<uint16_t>(faces()[i]);
 }
 
-void ValuePlaces::Conversion::convert() {
-  fits &= convert_components(value, attribute.type, attribute.normalized, attribute.components, type, out);
-  out += attribute.components * core::data_type_bytes(type);
-}
-
 bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, uint8_t* out) const {
+  const size_t stride = attribute.stride();
   if (type == attribute.type) {
-    patch_.write_values(attribute, ValuePlaces(out, attribute.stride()));
+    patch_.write_values(attribute, ValuePlaces(out, stride));
     return true;
   }
-  ValuePlaces::Conversion conversion{attribute, type, out};
-  patch_.write_values(attribute, ValuePlaces(conversion));
-  if (patch_.point_count > 0) conversion.convert();
-  return conversion.fits;
+  const size_t out_stride = attribute.components * core::data_type_bytes(type), points = patch_.point_count;
+  // Values that are no larger than the converted ones wait at the end of these.
+  std::unique_ptr<uint8_t[]> larger(stride > out_stride ? new uint8_t[stride * points] : nullptr);
+  uint8_t* const values = larger != nullptr ? larger.get() : out + (out_stride - stride) * points;
+  patch_.write_values(attribute, ValuePlaces(values, stride));
+  return convert_components(values, attribute.type, attribute.normalized, attribute.components * points, type,
+                            out);
 }
 
 // The vertex of a point in the table of the attribute's group.

@@ -8,32 +8,16 @@
 
 namespace psplit::web {
 
-// Where the values of an attribute go: one behind the other. If they get another type, each one is first
-// written to the same place, and is converted when the next one is asked for.
+// Where the values of an attribute go: one behind the other.
 class ValuePlaces {
  public:
-  struct Conversion {
-    const core::Attribute<uint32_t>& attribute;
-    DataType type;
-    uint8_t* out;
-    bool fits = true;
-    alignas(8) uint8_t value[8 * 255] = {};
-
-    void convert();
-  };
   ValuePlaces(uint8_t* out, size_t stride) : out_(out), stride_(stride) {}
-  explicit ValuePlaces(Conversion& conversion) : conversion_(&conversion) {}
 
-  uint8_t* operator()(uint32_t point) const {
-    if (conversion_ == nullptr) return out_ + point * stride_;
-    if (point > 0) conversion_->convert();
-    return conversion_->value;
-  }
+  uint8_t* operator()(uint32_t point) const { return out_ + point * stride_; }
 
  private:
-  uint8_t* out_ = nullptr;
-  size_t stride_ = 0;
-  Conversion* conversion_ = nullptr;
+  uint8_t* out_;
+  size_t stride_;
 };
 
 class DecodedStream {

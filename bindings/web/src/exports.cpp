@@ -1,6 +1,9 @@
 // The exports of all modules: memory and errors.
 #include "bindings/web/src/exports.h"
 
+#include <optional>
+#include <string>
+
 #include "bindings/web/src/heap.h"
 
 namespace psplit::web {
@@ -13,16 +16,20 @@ struct LastError {
   uint32_t message_bytes = 0;
 };
 
-Status error;
-LastError last;
+// It keeps its memory: a message that moved with each error would part the free memory before it from that
+// behind. No static object has a constructor: the linker would have it called with each call of an export.
+[[clang::no_destroy]] constinit std::optional<std::string> message;
+constinit LastError last;
 
 }  // namespace
 
 bool keep_error(Status status) {
-  error = std::move(status);
-  last = {static_cast<uint32_t>(error.code()), static_cast<int32_t>(error.place().patch),
-          error.message().data(), static_cast<uint32_t>(error.message().size())};
-  return error.ok();
+  if (status.ok()) return true;
+  if (!message) message.emplace();
+  message->assign(status.message());
+  last = {static_cast<uint32_t>(status.code()), static_cast<int32_t>(status.place().patch), message->data(),
+          static_cast<uint32_t>(message->size())};
+  return false;
 }
 
 PSPLIT_WEB_EXPORT(allocate) void* allocate_bytes(size_t bytes) { return allocate(bytes); }

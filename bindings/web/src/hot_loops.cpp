@@ -51,6 +51,7 @@ template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool, bool);
 template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps<Index, 3>* const*, uint32_t);
 template void step_all<kInStep, ParallelogramSteps<Index, 2>>(ParallelogramSteps<Index, 2>* const*, uint32_t);
 template void step_normals(NormalSteps<Index>* const*, uint32_t);
+template Fault predict(const PredictedValues<Index, 0>&, const PredictionData&, Arena&);
 template void step_created<kInStep>(CreatedValues<Index>* const*, uint32_t);
 template void CreatedValues<Index>::find_predictors(SerialLanes, const AttributeModel&, const Sequence<Index>&,
                                                     uint32_t);

@@ -21,16 +21,16 @@ var DracoDecoderModule = (() => {
   const kArrays = [undefined, Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, undefined, undefined,
     Float32Array];
   const kRaw = 0, kQuantized = 2, kNormal = 3;  // codings
-  const kHeaderBytes = 11;
+  const kHeaderBytes = 11, kMagic = [68, 82, 65, 67, 79];  // DRACO
   // What stream_metadata lists: a tree of an attribute or of the geometry begins, a part of it begins, an entry, an end.
   const kGeometryTree = 1, kPart = 2, kEntry = 3;
   const kMostDepth = 1001;  // so many parts in each other are draco3d's limit
 
   // The handle of what decoding makes of the bytes, or 0.
   function decode_bytes(core, bytes) {
-    const at = core.allocate(bytes.length);
-    new Uint8Array(core.buffer, at, bytes.length).set(bytes);
-    return core.call('decode_stream', at, bytes.length);
+    const own = bytes.buffer === core.buffer ? bytes.slice() : bytes, at = core.allocate(bytes.length);  // which may detach views
+    new Uint8Array(core.buffer, at, own.length).set(own);
+    return core.call('decode_stream', at, own.length);
   }
 
   function make_module(started, config) {
@@ -51,13 +51,13 @@ var DracoDecoderModule = (() => {
     class DecoderBuffer extends WrapperObject {
       data_ = new Uint8Array(0);
       Init(data, size) {
-        this.data_ = bytes_of(data, size);
+        this.data_ = view_of(data, size).slice();
       }
     }
-    const bytes_of = (data, size) => {
+    const view_of = (data, size) => {
       const bytes = data instanceof ArrayBuffer ? new Uint8Array(data)
         : ArrayBuffer.isView(data) ? new Uint8Array(data.buffer, data.byteOffset, data.byteLength) : Uint8Array.from(data);
-      return bytes.slice(0, size);
+      return size === bytes.length ? bytes : bytes.subarray(0, size);
     };
 
     class GeometryAttribute extends WrapperObject {}
@@ -66,16 +66,21 @@ var DracoDecoderModule = (() => {
     class PointAttribute extends WrapperObject {
       constructor(mesh, index) {
         super();
+        // Meshes of few faces are decoded in the time of some of JavaScript's conveniences: here and below, words have numbers.
         const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 10);
-        [this.semantic_, this.type_, this.components_, this.normalized_, this.unique_id_, this.coding_, this.bits_] = words;
-        this.value_count_ = mesh.has_order_ ? words[9] : mesh.num_points();
-        this.range_ = new Float32Array(words.buffer, words.byteOffset + 28, 1)[0];
-        // The origin is in the bytes of the stream, at any address.
-        this.origin_ = this.coding_ === kQuantized
-          ? new Float32Array(words.buffer.slice(words[8], words[8] + 4 * this.components_)) : [];
+        this.semantic_ = words[0];
+        this.type_ = words[1];
+        this.components_ = words[2];
+        this.normalized_ = words[3];
+        this.unique_id_ = words[4];
+        this.coding_ = words[5];
+        this.bits_ = words[6];
+        this.value_count_ = mesh.has_order_ ? words[9] : mesh.counts_[1];
+        this.range_bits_ = words[7];
+        this.origin_at_ = words[8];  // in the bytes of the stream, at any address
         this.mesh_ = mesh;
         this.index_ = index;
-        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && (mesh.is_kd_tree_ ? this.coding_ === kQuantized : this.coding_ !== kRaw);
+        this.is_skipped_ = mesh.skipped_.size > 0 && mesh.skipped_.has(this.semantic_) && (mesh.is_kd_tree_ ? this.coding_ === kQuantized : this.coding_ !== kRaw);
         if (!this.is_skipped_) return;
         // Those of a kD-tree lose their id.
         if (mesh.is_kd_tree_) this.unique_id_ = 0;
@@ -111,7 +116,12 @@ var DracoDecoderModule = (() => {
     const kNoTransform = null_of(AttributeTransformData, { type_: kConstants.ATTRIBUTE_INVALID_TRANSFORM });
     // An attribute whose values are those before a transform, as { bits_, range_, origin_ }; undefined if it is not.
     function transformed(attribute, coding, transform) {
-      if (attribute instanceof PointAttribute) return attribute.is_skipped_ && attribute.coding_ === coding ? attribute : undefined;
+      if (attribute instanceof PointAttribute) {
+        if (!attribute.is_skipped_ || attribute.coding_ !== coding) return undefined;
+        const { mesh_: { core_: { buffer } }, bits_, range_bits_, origin_at_, components_ } = attribute;
+        return { bits_, range_: new Float32Array(Uint32Array.of(range_bits_).buffer)[0],
+          origin_: coding === kQuantized ? new Float32Array(buffer.slice(origin_at_, origin_at_ + 4 * components_)) : [] };
+      }
       const theirs = new draco3d[transform]();
       const result = theirs.InitFromAttribute(attribute) ? { bits_: theirs.quantization_bits(), range_: theirs.range?.(),
         origin_: Array.from({ length: attribute.num_components() }, (_, axis) => theirs.min_value?.(axis)) } : undefined;
@@ -151,7 +161,8 @@ var DracoDecoderModule = (() => {
         if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
         memory.leave(this.core_);
         this.handle_ = 0;
-        for (const object of [...this.attributes_, ...this.metadata_.map(([, metadata]) => metadata)]) object.__destroy__();
+        for (const attribute of this.attributes_) attribute.__destroy__();
+        for (const [, metadata] of this.metadata_) metadata.__destroy__();
         this.attributes_ = [];
         this.metadata_ = [];
         this.faces_ = undefined;
@@ -242,15 +253,15 @@ var DracoDecoderModule = (() => {
       }
       GetEncodedGeometryType_Deprecated(buffer) { return this.GetEncodedGeometryType(buffer); }
 
-      DecodeArrayToMesh(data, size, mesh) { return this.#decode(bytes_of(data, size), mesh, 'Mesh'); }
+      DecodeArrayToMesh(data, size, mesh) { return this.#decode(view_of(data, size), mesh, 'Mesh'); }
       DecodeBufferToMesh(buffer, mesh) { return this.#decode(buffer.data_, mesh, 'Mesh'); }
-      DecodeArrayToPointCloud(data, size, cloud) { return this.#decode(bytes_of(data, size), cloud, 'PointCloud'); }
+      DecodeArrayToPointCloud(data, size, cloud) { return this.#decode(view_of(data, size), cloud, 'PointCloud'); }
       DecodeBufferToPointCloud(buffer, cloud) { return this.#decode(buffer.data_, cloud, 'PointCloud'); }
       #decode(bytes, mesh, kind) {
         mesh.clear_();
         const status = header_status(bytes, kind === 'Mesh' ? kConstants.TRIANGULAR_MESH : kConstants.POINT_CLOUD);
         if (is_fault(status)) return status;
-        const [major, minor] = bytes.subarray(5);
+        const major = bytes[5], minor = bytes[6];
         if (status.ok() && major === 2 && minor >= 2) return this.#decode_by_psplit(bytes, mesh);
         return this.#decode_by_draco3d(bytes, mesh, kind, !status.ok() ? status : new Status(kConstants.UNSUPPORTED_VERSION,
           `psplit: bitstream ${major}.${minor} is older than 2.2, the oldest that is decoded`));
@@ -287,14 +298,16 @@ var DracoDecoderModule = (() => {
           mesh.handle_ = decode_bytes(mesh.core_, bytes);
           if (mesh.handle_ === 0) return new Status(kConstants.DRACO_ERROR, mesh.core_.last_error().message);
           ++mesh.core_.live;
-          mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(mesh.handle_), 3));
+          const counts = mesh.core_.words(exports.stream_counts(mesh.handle_), 3);
+          mesh.counts_ = [counts[0], counts[1], counts[2]];
           const is_mesh = bytes[7] === kConstants.TRIANGULAR_MESH, is_sequential = bytes[8] === 0;
           mesh.has_order_ = is_mesh && !is_sequential;  // Edgebreaker's order of values, which is not that of points
           mesh.is_kd_tree_ = !is_mesh && !is_sequential;
-          mesh.attributes_ = Array.from({ length: mesh.counts_[2] }, (_, i) => new PointAttribute(mesh, i));
+          for (let i = 0; i < counts[2]; ++i) mesh.attributes_.push(new PointAttribute(mesh, i));
           const metadata = bytes[10] >= 128 ? metadata_of(mesh, bytes.length) : [];
           if (metadata !== undefined) {
             mesh.metadata_ = metadata;
+            memory.make_room(room_for(mesh));
             return new Status();
           }
           mesh.clear_();
@@ -386,8 +399,9 @@ var DracoDecoderModule = (() => {
     for (const name of Object.getOwnPropertyNames(Decoder.prototype)) {
       if (!/^Get(?!EncodedGeometryType|AttributeFloat$)/.test(name)) continue;
       const own = Decoder.prototype[name];
-      Decoder.prototype[name] = function (mesh, ...rest) {
-        return mesh.theirs_ === undefined ? own.call(this, mesh, ...rest) : call_draco3d(this.their_decoder_(), name, mesh.theirs_, rest);
+      Decoder.prototype[name] = function (mesh, a, b, c, d) {
+        return mesh.theirs_ === undefined ? own.call(this, mesh, a, b, c, d)
+          : call_draco3d(this.their_decoder_(), name, mesh.theirs_, [...arguments].slice(1));
       };
     }
 
@@ -411,6 +425,9 @@ var DracoDecoderModule = (() => {
       }
     }
 
+    // The most that a page allocates for the faces or for an attribute. Loaders free it before they ask for the next one.
+    const room_for = ({ counts_: [face_count, point_count], attributes_: attributes }) =>
+      Math.max(12 * face_count, ...attributes.map(({ components_ }) => 4 * components_ * point_count));
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
     // Has something written to `out`, which is memory of _malloc. It may lie in another instance than the mesh.
     function write(mesh, out, size, write_to) {
@@ -457,8 +474,8 @@ var DracoDecoderModule = (() => {
     // draco3d's code for a faulty header. `kind`: the one that is wanted.
     function header_status(bytes, kind = bytes[7]) {
       const refuse = (code, what) => new Status(kConstants[code], `psplit: ${what}`);
-      const magic = String.fromCharCode(...bytes.subarray(0, 5)), [major, minor] = bytes.subarray(5);
-      if (magic.length === 5 && magic !== 'DRACO') return refuse('DRACO_ERROR', 'not a Draco stream');
+      const major = bytes[5], minor = bytes[6];
+      if (bytes.length >= kMagic.length && kMagic.some((letter, i) => bytes[i] !== letter)) return refuse('DRACO_ERROR', 'not a Draco stream');
       if (bytes.length < kHeaderBytes) return refuse('IO_ERROR', 'the stream ends early');
       if (kind_of(bytes) !== kind) return refuse('DRACO_ERROR', `not a ${kind === kConstants.POINT_CLOUD ? 'point cloud' : 'mesh'}`);
       if (bytes[8] > 1) return refuse('DRACO_ERROR', 'a coding method that does not exist');

@@ -22,7 +22,8 @@ export async function loadStreaming(loader, url, options) {
     const asset = await ArrivingAsset.open(request_of(LoaderUtils.resolveURL(url, loader.path)), signal,
       (uri) => request_of(LoaderUtils.resolveURL(uri, path)), options?.choose);
     if (asset.json === null) throw new PsplitError(`${url}: the file is a container without a glTF asset`, 'invalid-input');
-    const make_plugin = (parser) => new PsplitPlugin(parser, { file: url, patchByPatch: true, ...options, signal, asset });
+    const make_plugin = (parser) => new PsplitPlugin(parser,
+      { file: url, patchByPatch: true, dracoLoader: loader.dracoLoader ?? undefined, ...options, signal, asset });
     const gltf = await new Promise((resolve, reject) => {
       loader.register(make_plugin);
       try {

@@ -2,12 +2,16 @@
 // extension gets synthetic accessors and buffer views, whose bytes are the arrays of the decoded mesh. So the loader works as
 // for an asset that is not compressed.
 import { PsplitError } from '../error.js';
-import { kExtensionName, use_fine_meshes } from '../gltf.js';
+import { kDraco, kExtensionName, use_fine_meshes } from '../gltf.js';
 import { createPool } from '../pool.js';
 import { Container } from './container.js';
+import { PsplitDracoLoader } from './draco_loader.js';
 import { GrowingMesh } from '../growing_mesh.js';
+import { StockDraco } from './stock_draco.js';
 
 let default_pool;
+// Assets whose JSON does not say that they use Draco, until a plugin takes care of it. Of several plugins, a loader asks the last.
+const hides_draco = new WeakSet();
 
 // Of bytes that are fetched. Rejects when the signal aborts, also if the promise never settles.
 const until_abort = (promise, signal) => new Promise((resolve, reject) => {
@@ -38,17 +42,33 @@ export class PsplitPlugin {
     this.#options = options ?? {};
     this.#asset = this.#options.asset;
     this.#pool = this.#options.pool ?? (default_pool ??= createPool());
+    // A loader without a DRACOLoader refuses assets that use this extension, before it asks a plugin.
+    const { json } = parser;
+    if (this.#options.dracoLoader === false || !json.extensionsUsed?.includes(kDraco)) return;
+    json.extensionsUsed = json.extensionsUsed.filter((name) => name !== kDraco);
+    hides_draco.add(json);
   }
 
   // The hooks of GLTFLoader. A function that is `async` rejects where it would throw, which the loader handles.
 
   async beforeRoot() {
     use_fine_meshes(this.#parser.json);
+    if (hides_draco.delete(this.#parser.json)) this.#take_draco();
     for (const i of this.#asset === undefined ? [] : this.#parser.json.buffers?.keys() ?? [])
       this.#parser.cache.add(`buffer:${i}`, { then: (...use) => this.#asset.buffer(i).then(({ buffer }) => buffer).then(...use) });
     for (const [mesh, { primitives }] of (this.#parser.json.meshes ?? []).entries())
       for (const [primitive, definition] of primitives.entries())
         if (definition.extensions?.[kExtensionName] !== undefined) this.#replace_accessors(definition, { mesh, primitive });
+  }
+
+  #take_draco() {
+    const { json, extensions, options: { manager } } = this.#parser, { dracoLoader } = this.#options;
+    json.extensionsUsed.push(kDraco);
+    extensions[kDraco] = new StockDraco(dracoLoader ?? new PsplitDracoLoader({ manager, pool: this.#pool }), (error, definition) => {
+      const mesh = json.meshes.findIndex(({ primitives }) => primitives.includes(definition));
+      const use = { mesh, primitive: json.meshes[mesh].primitives.indexOf(definition) };
+      return this.#error_at(use, definition.extensions[kDraco].bufferView, error);
+    });
   }
 
   loadBufferView(view) {

@@ -1,4 +1,5 @@
 // The exports of the encoder of Draco streams. A mesh is built by calls that return where its values go.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ ComponentType component_type_of(DataType type) {
   }
 }
 
-LabelledStream stream;
+// Static objects have no constructors: see exports.cpp.
+[[clang::no_destroy]] constinit std::optional<LabelledStream> stream;
 
 }  // namespace
 
@@ -63,7 +65,7 @@ PSPLIT_WEB_EXPORT(point_count) uint32_t point_count(const DracoMesh* mesh) { ret
 PSPLIT_WEB_EXPORT(encode_mesh)
 const uint32_t* encode_mesh(const DracoMesh* mesh, bool is_sequential, int32_t speed, const float* numbers) {
   static uint32_t words[4];
-  stream = {};
+  stream.reset();
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh->mesh.attributes) {
     AttributeCoding& coding = codings.emplace_back();
@@ -76,13 +78,13 @@ const uint32_t* encode_mesh(const DracoMesh* mesh, bool is_sequential, int32_t s
   Expected<LabelledStream> encoded = encode_as_draco(*mesh, std::move(codings), is_sequential, speed);
   if (!keep_error(encoded.status())) return nullptr;
   stream = std::move(*encoded);
-  words[0] = reinterpret_cast<uint32_t>(stream.bytes.data());
-  words[1] = static_cast<uint32_t>(stream.bytes.size());
-  words[2] = stream.point_count;
-  words[3] = stream.face_count;
+  words[0] = reinterpret_cast<uint32_t>(stream->bytes.data());
+  words[1] = static_cast<uint32_t>(stream->bytes.size());
+  words[2] = stream->point_count;
+  words[3] = stream->face_count;
   return words;
 }
 
-PSPLIT_WEB_EXPORT(free_stream) void free_stream() { stream = {}; }
+PSPLIT_WEB_EXPORT(free_stream) void free_stream() { stream.reset(); }
 
 }  // namespace psplit::web
