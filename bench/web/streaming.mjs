@@ -8,18 +8,13 @@
 // of the page and of the decoders is there before the load begins; drawing is not measured, which is the same for all. Files are
 // sent as they are, except those of meshoptimizer, which glTF-Transform makes on grids of the same bits: its coding is made for
 // a compression on the way, and they are sent in brotli.
-import { createServer } from 'node:http';
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { brotliCompressSync } from 'node:zlib';
 import { close_browser, open_page } from '../../tests/web/browser.mjs';
-import { modules_folder, package_folder } from '../../tests/web/load.mjs';
-
-const kTickMs = 5;
-const kTypes = { '.js': 'text/javascript', '.wasm': 'application/wasm', '.glb': 'model/gltf-binary' };
-const kImports = { three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/' };
-const kPage = `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports: kImports })}</script>`;
+import { modules_folder } from '../../tests/web/load.mjs';
+import { median, serve } from './slow_line.mjs';
 
 const in_modules = (name) => import(pathToFileURL(path.join(modules_folder, 'node_modules', name)));
 async function make_meshopt(plain, out) {
@@ -29,48 +24,6 @@ async function make_meshopt(plain, out) {
   const document = (await io.read(plain)).setLogger(new Logger(Logger.Verbosity.SILENT));
   await document.transform(meshopt({ encoder: MeshoptEncoder, level: 'high' }));
   await io.write(out, document);
-}
-
-// Sends bodies such that all together have `mbits`: each tick, they share what the time allows.
-class SlowLine {
-  #bodies = new Set();
-  constructor(mbits) {
-    let last = performance.now();
-    setInterval(() => {
-      const now = performance.now(), bytes = (mbits * 1e6 / 8) * ((now - last) / 1000) / Math.max(1, this.#bodies.size);
-      last = now;
-      for (const body of this.#bodies) body.step(bytes);
-    }, kTickMs).unref();
-  }
-  send(response, bytes) {
-    let at = 0, allowed = 0;
-    const body = { step: (more) => {
-      const end = Math.min(bytes.length, Math.floor(allowed += more));
-      if (end > at) response.write(bytes.subarray(at, end));
-      if ((at = end) < bytes.length) return;
-      response.end();
-      this.#bodies.delete(body);
-    } };
-    this.#bodies.add(body);
-    response.on('close', () => this.#bodies.delete(body));
-  }
-}
-
-async function serve(files, mbits) {
-  const line = new SlowLine(mbits), folders = { '/psplit/': package_folder, '/modules/': path.join(modules_folder, 'node_modules') };
-  const server = createServer((request, response) => {
-    const { pathname } = new URL(request.url, 'http://localhost'), type = { 'Content-Type': kTypes[path.extname(pathname)] ?? 'text/html' };
-    if (pathname === '/') return response.writeHead(200, type).end(kPage);
-    if (pathname === '/favicon.ico') return response.writeHead(200).end();
-    const prefix = Object.keys(folders).find((name) => pathname.startsWith(name));
-    if (prefix !== undefined) return response.writeHead(200, type).end(readFileSync(path.join(folders[prefix], pathname.slice(prefix.length))));
-    const bytes = files[pathname];
-    if (pathname === '/meshopt.glb') type['Content-Encoding'] = 'br';
-    response.writeHead(200, { ...type, 'Content-Length': bytes.length });
-    line.send(response, bytes);
-  });
-  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-  return { origin: `http://127.0.0.1:${server.address().port}`, close: () => server.close() && server.closeAllConnections() };
 }
 
 // In the page: the times in milliseconds, and the number of triangles. A triangle is shown when it is in an index of the scene
@@ -127,7 +80,6 @@ async function load(kind, url) {
 const [folder, round_count, ...speeds] = process.argv.slice(2), rounds = Number(round_count);
 const kWays = [["three's DRACOLoader", 'stock', 'whole'], ['meshopt_decoder, brotli', 'meshopt', 'whole'],
   ['PsplitPlugin', 'patches', 'patches'], ['loadStreaming', 'patches', 'streaming'], ['loadStreaming, condensed', 'condensed', 'streaming']];
-const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
 const names = readdirSync(folder).filter((file) => file.endsWith('.stock.glb')).map((file) => file.slice(0, -'.stock.glb'.length));
 
 for (const name of names) {
@@ -138,7 +90,7 @@ for (const name of names) {
     files[`/${coding}.glb`] = coding === 'meshopt' ? brotliCompressSync(bytes) : bytes;
   }
   for (const mbits of speeds.map(Number)) {
-    const { origin, close } = await serve(files, mbits), results = kWays.map(() => []);
+    const { origin, close } = await serve(files, mbits, ['/meshopt.glb']), results = kWays.map(() => []);
     for (let round = 0; round < rounds; ++round)
       for (const [i, [, coding, kind]] of kWays.entries()) {
         const { page, errors, close: close_page } = await open_page(origin);

@@ -8,17 +8,16 @@
 #include <span>
 #include <string>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "gltf_ext/convert/join_data.h"
 #include "gltf_ext/convert/rest_columns.h"
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/packed_buffer.h"
-#include "gltf_ext/document/references.h"
 #include "gltf_ext/document/store_meshopt.h"
 #include "gltf_ext/document/unknown_references.h"
 #include "gltf_ext/json/json_fields.h"
@@ -30,65 +29,48 @@ namespace {
 
 constexpr size_t kRowMultiple = 4;  // of bytes, in rows of attributes
 
+bool has_indices(RestView needs) { return needs == RestView::kIndices || needs == RestView::kTriangles; }
+
 // Columns whose rows may be in one view: what glTF and the codec ask of them is the same.
 using JoinKey = std::tuple<RestView, size_t, size_t, std::string>;  // its stride, its rows, its filter
 JoinKey key_of(const RestColumn& column) {
   const bool has_stride = column.needs == RestView::kVertices;
-  const bool is_index = column.needs == RestView::kIndices || column.needs == RestView::kTriangles;
-  return {column.needs, has_stride || is_index ? column.width : 0, column.row,
+  return {column.needs, has_stride || has_indices(column.needs) ? column.width : 0, column.row,
           column.filtered ? column.filtered->filter : "NONE"};
 }
 
 // A view of several columns, one after the other.
 struct JoinedView {
   std::vector<const RestColumn*> columns;
-  std::vector<uint64_t> offsets;             // of each
-  std::vector<uint8_t> rows, values, exact;  // for the codec; what loaders get; without the filter
-  std::vector<uint64_t> exact_offsets;
+  std::vector<uint64_t> offsets, exact_offsets;  // of each
+  JoinedBlocks rows, exact;                      // for the codec; without the filter
+  std::vector<uint8_t> values;                   // what loaders get of the rows
   MeshoptRecord record;
   std::vector<uint8_t> compressed;
   bool is_smaller = false;
 
   RestView needs() const { return columns.front()->needs; }
-};
-
-// Puts columns into a joined view; equal ones share their place.
-class Joiner {
- public:
-  explicit Joiner(JoinedView& joined) : joined_(joined) {}
+  size_t alignment() const { return has_indices(needs()) ? columns.front()->width : columns.front()->row; }
 
   void add(const RestColumn& column) {
-    const bool is_index = column.needs == RestView::kIndices || column.needs == RestView::kTriangles;
-    const size_t multiple = is_index ? column.width : column.row;
-    const std::vector<uint8_t>& rows = column.filtered ? column.filtered->rows : column.values;
-    const std::vector<uint8_t>& values = column.filtered ? column.filtered->values : column.values;
-    joined_.columns.push_back(&column);
-    const auto [exact, is_new_exact] = exact_.try_emplace(key(column.values), joined_.exact.size());
-    joined_.exact_offsets.push_back(exact->second);
-    if (is_new_exact) append(column.values, multiple, joined_.exact);
-    const auto [found, is_new] = found_.try_emplace(key(rows), joined_.rows.size());
-    joined_.offsets.push_back(found->second);
+    columns.push_back(&column);
+    exact_offsets.push_back(exact.add(column.values, alignment()).begin);
+    exact.pad(alignment());
+    const auto [begin, is_new] = rows.add(column.filtered ? column.filtered->rows : column.values, alignment());
+    rows.pad(alignment());
+    offsets.push_back(begin);
     if (!is_new) return;
-    append(rows, multiple, joined_.rows);
-    append(values, multiple, joined_.values);
+    const std::vector<uint8_t>& added = column.filtered ? column.filtered->values : column.values;
+    values.insert(values.end(), added.begin(), added.end());
+    values.resize(rows.bytes().size());
   }
-
- private:
-  static std::string key(const std::vector<uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
-  static void append(const std::vector<uint8_t>& bytes, size_t multiple, std::vector<uint8_t>& to) {
-    to.insert(to.end(), bytes.begin(), bytes.end());
-    to.resize((to.size() + multiple - 1) / multiple * multiple);
-  }
-
-  JoinedView& joined_;
-  std::unordered_map<std::string, uint64_t> found_, exact_;
 };
 
 // Tries the codecs that take such rows, and keeps the smallest result.
 void compress(JoinedView& joined) {
   const RestColumn& first = *joined.columns.front();
   const auto attempt = [&](const char* mode, size_t stride) {
-    std::vector<uint8_t> rows = joined.rows;
+    std::vector<uint8_t> rows = joined.rows.bytes();
     rows.resize((rows.size() + stride - 1) / stride * stride);
     MeshoptRecord record;
     record.mode = mode;
@@ -102,7 +84,7 @@ void compress(JoinedView& joined) {
     joined.record = std::move(record);
   };
   if (first.needs == RestView::kTriangles) attempt("TRIANGLES", first.width);
-  if (first.needs == RestView::kTriangles || first.needs == RestView::kIndices) {
+  if (has_indices(first.needs)) {
     attempt("INDICES", first.width);
     attempt("ATTRIBUTES", kRowMultiple);
   } else {
@@ -116,9 +98,8 @@ Json describe_joined(const JoinedView& joined) {
   Json view = {{"buffer", 0}, {"byteOffset", 0}, {"byteLength", 0}};
   if (joined.needs() == RestView::kVertices) view["byteStride"] = joined.columns.front()->width;
   if (joined.needs() == RestView::kVertices) view["target"] = kArrayBuffer;
-  const bool has_indices = joined.needs() == RestView::kIndices || joined.needs() == RestView::kTriangles;
   const bool is_sparse = joined.columns.front()->place.second != ElementsRole::kElements;
-  if (has_indices && !is_sparse) view["target"] = kElementArrayBuffer;
+  if (has_indices(joined.needs()) && !is_sparse) view["target"] = kElementArrayBuffer;
   return view;
 }
 
@@ -145,7 +126,7 @@ class RestCompressor {
     for (const auto& [index, is_of_vertices] : rounded_)
       if (Status status = set_bounds_of(index, is_of_vertices); !status.ok()) return status;
     list_extension(document_, extension_.c_str(), true);
-    drop_unused(document_, share_accessors());
+    drop_unused(document_, share_accessors(document_, moved_accessors()));
     return {};
   }
 
@@ -155,10 +136,8 @@ class RestCompressor {
     std::map<std::pair<JoinKey, bool>, std::vector<const RestColumn*>> groups;
     for (const RestColumn& column : columns_)
       groups[{key_of(column), column.place.second == ElementsRole::kSparseIndices}].push_back(&column);
-    for (const auto& [key, columns] : groups) {
-      Joiner joiner(joined_[key]);
-      for (const RestColumn* column : columns) joiner.add(*column);
-    }
+    for (const auto& [key, columns] : groups)
+      for (const RestColumn* column : columns) joined_[key].add(*column);
   }
 
   // The JSON of a view with the extension takes more than that of one without.
@@ -167,14 +146,14 @@ class RestCompressor {
     Json view = describe_joined(joined);
     const size_t before = json_line(view).size();
     view["extensions"][extension_] = {{"buffer", 0},
-                                      {"byteOffset", joined.exact.size()},
+                                      {"byteOffset", joined.exact.bytes().size()},
                                       {"byteLength", joined.compressed.size()},
                                       {"byteStride", joined.record.stride},
                                       {"count", joined.record.count},
                                       {"mode", joined.record.mode},
                                       {"filter", joined.record.filter}};
     const size_t more = json_line(view).size() - before;
-    return joined.compressed.size() + PackedBuffer::kAlignment + more < joined.exact.size();
+    return joined.compressed.size() + PackedBuffer::kAlignment + more < joined.exact.bytes().size();
   }
 
   // Views all of whose values would be in larger ones stay.
@@ -189,10 +168,8 @@ class RestCompressor {
         kept[key] = std::move(joined);
         continue;
       }
-      Joiner joiner(kept[key]);
       for (const RestColumn* column : joined.columns)
-        if (change.contains(column->view)) joiner.add(*column);
-      if (kept[key].columns.empty()) kept.erase(key);
+        if (change.contains(column->view)) kept[key].add(*column);
     }
     joined_ = std::move(kept);
   }
@@ -231,7 +208,7 @@ class RestCompressor {
   }
 
   int64_t store_plain(const JoinedView& joined) {
-    const int64_t index = append_buffer_view(document_, joined.exact);
+    const int64_t index = append_buffer_view(document_, joined.exact.bytes());
     Json view = describe_joined(joined);
     Json& stored = document_.json()["bufferViews"][static_cast<size_t>(index)];
     view.update(stored);
@@ -261,26 +238,14 @@ class RestCompressor {
     });
   }
 
-  // Accessors that say the same become one. Returns the others.
-  std::vector<int64_t> share_accessors() {
-    const UnknownReferences unknown = find_unknown_references(document_.json());
-    Json& json = document_.json();
-    std::unordered_map<std::string, int64_t> firsts;
-    std::map<int64_t, int64_t> first_of;
-    std::vector<int64_t> freed;
-    for (size_t i = 0; i < json["accessors"].size(); ++i) {
-      const auto index = static_cast<int64_t>(i);
-      if (!is_moved(index) || unknown.accessors.contains(index)) continue;
-      const auto [found, is_new] = firsts.try_emplace(json_line(json["accessors"][i]), index);
-      if (is_new) continue;
-      first_of[index] = found->second;
-      freed.push_back(index);
-    }
-    for_each_accessor_reference(json, [&](Json& index) {
-      const auto found = first_of.find(integer_value(index).value_or(-1));
-      if (found != first_of.end()) index = found->second;
-    });
-    return freed;
+  // Those that unknown data name stay apart.
+  std::vector<int64_t> moved_accessors() const {
+    const Json& json = std::as_const(document_).json();
+    const UnknownReferences unknown = find_unknown_references(json);
+    std::vector<int64_t> moved;
+    for (int64_t index = 0; std::cmp_less(index, json["accessors"].size()); ++index)
+      if (is_moved(index) && !unknown.accessors.contains(index)) moved.push_back(index);
+    return moved;
   }
 
   Document& document_;

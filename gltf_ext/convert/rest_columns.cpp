@@ -65,14 +65,15 @@ double dot_of(std::span<const double, 4> a, std::span<const double, 4> b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
-std::optional<FilteredRows> to_rotations(std::span<const float> values, int bits) {
+std::optional<FilteredRows> to_rotations(std::span<const float> values, const RestPrecision& precision) {
   // Between keys about half a turn apart, rounding could change which way is shorter. Loaders divide by a
   // length that is not 1, or do not: so only unit quaternions mean the same to all.
   constexpr double kMostLengthError = 1.0 / 1024;
-  FilteredRows filtered = undone("QUATERNION", 4 * sizeof(int16_t), filter_rotations(values, bits));
+  const bool is_track = precision.kind == RestPrecision::Kind::kTurn;
+  FilteredRows filtered = undone("QUATERNION", 4 * sizeof(int16_t), filter_rotations(values, precision.value));
   filtered.are_shorts = true;
   const std::vector<int16_t> decoded = numbers_of<int16_t>(filtered.values);
-  const double half_step = 0.5 * std::sqrt(0.5) / ((1 << (bits - 1)) - 1), half_short = 0.5 / 32767;
+  const double half_step = 0.5 * std::sqrt(0.5) / ((1 << (precision.value - 1)) - 1), half_short = 0.5 / 32767;
   const double most = 3 * half_step + 4 * half_short;
   // Each of the two keys is off by at most the length of 4 such errors, which is 2 * most.
   const double least_dot = 2 * (2 * most);
@@ -89,7 +90,7 @@ std::optional<FilteredRows> to_rotations(std::span<const float> values, int bits
     const double sign = dot_of(rotation, rounded) < 0 ? -1 : 1;
     for (size_t k = 0; k < 4; ++k)
       if (!(std::fabs(sign * rounded[k] - rotation[k]) <= most)) return std::nullopt;
-    if (i > 0 && std::fabs(dot_of(rotation, before)) < least_dot) return std::nullopt;
+    if (i > 0 && is_track && std::fabs(dot_of(rotation, before)) < least_dot) return std::nullopt;
     std::ranges::copy(rotation, before);
   }
   return filtered;
@@ -121,7 +122,7 @@ std::optional<FilteredRows> filter_values(std::span<const uint8_t> bytes, const 
   }
   // Sparse values have the type of the elements.
   if (accessor.layout.component_count() != 4 || accessor.sparse) return std::nullopt;
-  return to_rotations(values, precision.value);
+  return to_rotations(values, precision);
 }
 
 class ColumnFinder {

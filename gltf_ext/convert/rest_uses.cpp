@@ -48,7 +48,9 @@ class UseFinder {
     });
     for_each_element(json, "nodes", [&](const Json& node) {
       if (const Json* instances = extension_field(node, "EXT_mesh_gpu_instancing"))
-        for_each_member(*instances, "attributes", [&](const Json& index) { add(index, {}); });
+        if (const Json* attributes = object_field(*instances, "attributes"))
+          for (const auto& [name, index] : attributes->items())
+            add(index, {RestView::kPacked, of_instances(name), 1});
     });
     const DataUsers users(json);
     std::erase_if(uses_, [&](const auto& entry) {
@@ -192,10 +194,20 @@ class UseFinder {
     if (is_spline || options_.lossless) return use;
     const AnimationBits& bits = options_.animation_bits;
     if (path == "translation") use.precision = {Kind::kBits, bits.translation, false};
-    if (path == "rotation") use.precision = {Kind::kRotation, bits.rotation, false};
+    if (path == "rotation") use.precision = {Kind::kTurn, bits.rotation, false};
     if (path == "scale") use.precision = {Kind::kBits, bits.scale, false};
     if (path == "weights") use.precision = {Kind::kStep, -bits.weight, false};
     return use;
+  }
+
+  // Instances are as exact as nodes that move.
+  RestPrecision of_instances(const std::string& name) const {
+    const AnimationBits& bits = options_.animation_bits;
+    if (options_.lossless) return {};
+    if (name == "TRANSLATION") return {Kind::kBits, bits.translation, false};
+    if (name == "ROTATION") return {Kind::kRotation, bits.rotation, false};
+    if (name == "SCALE") return {Kind::kBits, bits.scale, false};
+    return {};
   }
 
   const Document& document_;

@@ -16,6 +16,7 @@ struct RestPrecision {
     kBits,      // floats to that many bits, with the sign, of the largest of an accessor
     kStep,      // floats to multiples of 2^value
     kRotation,  // quaternions to numbers of that many bits
+    kTurn,      // the same of a track, between whose keys loaders turn the shorter way
   };
   Kind kind = Kind::kExact;
   int value = 0;

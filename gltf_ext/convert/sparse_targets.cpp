@@ -4,10 +4,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gltf_ext/convert/join_data.h"
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/drop_unused.h"
@@ -85,26 +87,6 @@ TargetData find_targets(const Document& document) {
   return found;
 }
 
-// Blocks of bytes that share a view. Blocks that are equal are stored once.
-class JoinedBlocks {
- public:
-  // Where the block begins.
-  size_t add(std::vector<uint8_t> block) {
-    const auto [found, is_new] = begins_.try_emplace(std::move(block), 0);
-    if (is_new) {
-      bytes_.resize((bytes_.size() + 3) / 4 * 4);
-      found->second = bytes_.size();
-      bytes_.insert(bytes_.end(), found->first.begin(), found->first.end());
-    }
-    return found->second;
-  }
-  const std::vector<uint8_t>& bytes() const { return bytes_; }
-
- private:
-  std::map<std::vector<uint8_t>, size_t> begins_;
-  std::vector<uint8_t> bytes_;
-};
-
 std::vector<uint8_t> stored_values(const ValuesView& data, int target) {
   std::vector<uint8_t> bytes(data.count * stored_stride(data, target));
   write_values(data, target, bytes.data());
@@ -134,11 +116,11 @@ class NewTargets {
       refer(accessor, dense_[stride], stored_values(data, kArrayBuffer), kArrayBuffer, stride);
       return accessor;
     }
-    SparseData kept = sparse_data(data, moved);
+    const SparseData kept = sparse_data(data, moved);
     Json& sparse = accessor["sparse"] = {{"count", moved.size()}};
     Json& indices = sparse["indices"] = {{"componentType", static_cast<int>(kept.index_type)}};
-    refer(indices, indices_, std::move(kept.indices), 0, 0);
-    refer(sparse["values"] = Json::object(), values_, std::move(kept.values), 0, 0);
+    refer(indices, indices_, kept.indices, 0, 0);
+    refer(sparse["values"] = Json::object(), values_, kept.values, 0, 0);
     return accessor;
   }
 
@@ -160,10 +142,11 @@ class NewTargets {
   }
 
  private:
-  void refer(Json& place, std::optional<View>& view, std::vector<uint8_t> block, int target, size_t stride) {
+  void refer(Json& place, std::optional<View>& view, std::span<const uint8_t> block, int target,
+             size_t stride) {
     if (!view) view = View{next_view_++, target, stride};
     place["bufferView"] = view->number;
-    if (const size_t begin = view->blocks.add(std::move(block)); begin > 0) place["byteOffset"] = begin;
+    if (const size_t begin = view->blocks.add(block, 4).begin; begin > 0) place["byteOffset"] = begin;
   }
 
   size_t next_view_;
@@ -186,22 +169,15 @@ void make_targets_sparse(Document& document, ZeroSign sign) {
 
   const Json* const views = array_field(json, "bufferViews");
   NewTargets added(views == nullptr ? 0 : views->size());
-  std::map<std::string, int64_t> first;  // of the accessors that are equal
-  std::map<int64_t, Json> described;
-  std::map<int64_t, int64_t> equal;
+  std::vector<Json> described;
+  std::set<std::string> texts;  // equal accessors become one
   for (const int64_t index : targets.accessors) {
     const Expected<AccessorData> data = read_accessor(document, index);
     if (!data) return;  // who needs it says what is wrong
     Json accessor = added.describe(json_of("accessors", index), *data, sign);
-    const std::string text = json_line(accessor);
     before += json_line(json_of("accessors", index)).size();
-    const auto [found, is_new] = first.try_emplace(text, index);
-    if (is_new) {
-      after += text.size();
-      described.emplace(index, std::move(accessor));
-    } else {
-      equal[index] = found->second;
-    }
+    if (const auto [text, is_new] = texts.insert(json_line(accessor)); is_new) after += text->size();
+    described.push_back(std::move(accessor));
   }
   constexpr size_t kViewJson = 100;
   for (const NewTargets::View* view : added.views()) after += kViewJson + view->blocks.bytes().size();
@@ -213,20 +189,9 @@ void make_targets_sparse(Document& document, ZeroSign sign) {
     if (view->stride > 0) object["byteStride"] = view->stride;
     if (view->target > 0) object["target"] = view->target;
   }
-  Json& edited = document.json();
-  for (auto& [index, accessor] : described)
-    edited["accessors"][static_cast<size_t>(index)] = std::move(accessor);
-  std::vector<int64_t> freed;
-  for (const auto& [index, same] : equal) freed.push_back(index);
-  for_each_target(edited, [&](Json& index) {
-    const auto found = equal.find(integer_value(index).value_or(-1));
-    if (found != equal.end()) index = found->second;
-  });
-  // Where an accessor that goes keeps its number, it has no data.
-  for (const int64_t index : freed)
-    for (const char* name : {"bufferView", "byteOffset", "sparse"})
-      edited["accessors"][static_cast<size_t>(index)].erase(name);
-  drop_unused(document, freed);
+  for (size_t i = 0; i < described.size(); ++i)
+    document.json()["accessors"][static_cast<size_t>(targets.accessors[i])] = std::move(described[i]);
+  drop_unused(document, share_accessors(document, targets.accessors));
 }
 
 TargetCounts count_targets(const Document& document) {

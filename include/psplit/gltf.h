@@ -48,11 +48,12 @@ enum class MorphTargets {
 // Whether meshoptimizer compresses what stays in buffer views, such as animations, morph targets and points,
 // and the extension that says so: EXT_meshopt_compression or KHR_meshopt_compression.
 enum class MeshoptRest { kNo, kExt, kKhr };
-// Of animations that meshoptimizer compresses. Times of keys, and splines, are exact.
+// Of animations, and of EXT_mesh_gpu_instancing, that meshoptimizer compresses. Times of keys, and splines, are
+// exact.
 inline constexpr int kLeastAnimationBits = 2, kMostAnimationBits = 24;
 inline constexpr int kLeastRotationBits = 4, kMostRotationBits = 16, kMostWeightBits = 16;
 struct AnimationBits {
-  int translation = 16, scale = 16;  // of the largest component of a track, with its sign
+  int translation = 16, scale = 16;  // of the largest component of a track or of the instances, with its sign
   int rotation = 12;
   int weight = 8;  // of morph targets: multiples of 2^-weight
 };

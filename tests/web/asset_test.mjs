@@ -10,6 +10,9 @@ import { corpus_folder, files_below, modules_folder, package_folder, psplit, ran
 import { decode, draco_glb, make_glb, streams } from './stock_draco.mjs';
 
 const { decodeGlb, decodeGltf } = await import(pathToFileURL(path.join(package_folder, 'asset.js')));
+const load = (name) => import(pathToFileURL(path.join(modules_folder, 'node_modules', name)));
+const { MeshoptDecoder, MeshoptEncoder } = await load('meshoptimizer/index.js');
+await MeshoptEncoder.ready;
 const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples'), sample = (name) => path.join(samples, name);
 const expected = JSON.parse(readFileSync(sample('expected.json')));
 const hash = (array) => createHash('sha256').update(new Uint8Array(array.buffer, array.byteOffset, array.byteLength)).digest('hex');
@@ -98,6 +101,53 @@ test('accessors without a buffer view are 0', async () => {
     [new Uint16Array(3), new Float32Array(9), Float32Array.of(0, 0, 0, -1, -2, -3, 0, 0, 0)]);
 });
 
+// plain() with its positions and its indices compressed by meshoptimizer. The decoded bytes may be in the file as well.
+function meshopt_glb(extension, { required = true, plain_bytes = new Uint8Array(0), change = () => {} } = {}) {
+  const json = plain(), positions = new Uint8Array(floats.buffer.slice(0, 44)), rows = new Uint8Array(48);
+  rows.set(positions);
+  const views = [[rows, 'ATTRIBUTES', 16, 3, MeshoptEncoder.encodeGltfBuffer(rows, 3, 16, 'ATTRIBUTES')],
+    [null, 'TRIANGLES', 2, 3, MeshoptEncoder.encodeGltfBuffer(new Uint8Array(Uint16Array.of(2, 1, 0).buffer), 3, 2, 'TRIANGLES')]];
+  const bytes = [...plain_bytes], { length } = plain_bytes;
+  views.forEach(([, mode, byteStride, count, compressed], i) => {
+    json.bufferViews[i] = { buffer: length > 0 ? 0 : 3, byteOffset: 64 * i, byteLength: i === 0 ? 44 : 6, ...(i === 0 && { byteStride }),
+      extensions: { [extension]: { buffer: 0, byteOffset: bytes.length, byteLength: compressed.length, byteStride, count, mode } } };
+    bytes.push(...compressed);
+  });
+  json.buffers[0].byteLength = bytes.length;
+  json.buffers.push({ byteLength: 128, extensions: { [extension]: { fallback: true } } });
+  Object.assign(json, { extensionsUsed: [extension] }, required && { extensionsRequired: [extension] });
+  change(json);
+  return make_glb(json, Uint8Array.from(bytes));
+}
+test('views that meshoptimizer compressed', async () => {
+  const { primitives: expected_primitives } = await decodeGlb(glb_of());
+  const rotated = ([{ indices }]) => [0, 1, 2].some((k) => [2, 1, 0].every((point, i) => indices[(i + k) % 3] === point));
+  for (const extension of ['EXT_meshopt_compression', 'KHR_meshopt_compression']) {
+    for (const options of [{ meshoptDecoder: MeshoptDecoder }, { meshoptDecoder: MeshoptDecoder, pool }]) {
+      const { primitives } = await decodeGlb(meshopt_glb(extension), options);
+      assert.ok(rotated(primitives), extension);
+      primitives[0].indices = expected_primitives[0].indices;
+      assert.deepEqual(primitives, expected_primitives);
+    }
+    await assert.rejects(decodeGlb(meshopt_glb(extension)), { name: 'PsplitError', code: 'unsupported',
+      message: new RegExp(`buffer view [01] has ${extension}: the option \`meshoptDecoder\` has to be a decoder`) });
+    const plain_bytes = new Uint8Array(72);
+    plain_bytes.set(new Uint8Array(floats.buffer));
+    plain_bytes.set(new Uint8Array(Uint16Array.of(2, 1, 0).buffer), 64);
+    // Loaders without the extension read what the file has as well, unless the asset requires it.
+    assert.deepEqual((await decodeGlb(meshopt_glb(extension, { required: false, plain_bytes }))).primitives, expected_primitives);
+    await assert.rejects(decodeGlb(meshopt_glb(extension, { plain_bytes })), { code: 'unsupported' });
+    await assert.rejects(decodeGlb(meshopt_glb(extension, { required: false })), { code: 'unsupported' });
+    for (const [change, message] of [[(of) => (of.count = 2 ** 40), /more bytes than/], [(of) => (of.count = 2), /of no valid mode, filter, byteStride or count/],
+      [(of) => (of.byteStride = 260), /of no valid mode/], [(of) => (of.mode = 'TRIANGLES'), /of no valid mode/], [(of) => (of.mode = 'TOSTRING'), /of no valid mode/],
+      [(of) => (of.byteLength = 2 ** 30), /buffer view 0 is not in its buffer/], [(of) => (of.byteLength -= 1), /cannot be decoded/],
+      [(of) => (of.filter = 'SOME'), /of no valid mode/]]) {
+      const glb = meshopt_glb(extension, { change: (json) => change(json.bufferViews[0].extensions[extension]) });
+      await assert.rejects(decodeGlb(glb, { meshoptDecoder: MeshoptDecoder }), { ...kInvalid, message });
+    }
+  }
+});
+
 test('what is wrong is said', async () => {
   const cases = [
     [(json) => { json.accessors[0] = { ...json.accessors[0], bufferView: undefined, count: 2 ** 40 }; }, 'unsupported',
@@ -108,7 +158,8 @@ test('what is wrong is said', async () => {
     [(json) => (json.bufferViews[0].byteLength = 45), 'invalid-input', /buffer view 0 is not in its buffer/],
     [(json) => (json.accessors[1].type = 'VEC9'), 'invalid-input', /accessor 1 has no valid type/],
     [(json) => (json.buffers[1].uri = 'a.bin'), 'invalid-input', /buffer 1 is in the file a\.bin: the option `url`/],
-    [(json) => (json.bufferViews[1].extensions = { EXT_meshopt_compression: {} }), 'unsupported', /buffer view 1 has EXT_meshopt_compression/],
+    [(json) => Object.assign(json, { extensionsRequired: ['EXT_meshopt_compression'] }).bufferViews[1].extensions = { EXT_meshopt_compression: {} },
+      'unsupported', /buffer view 1 has EXT_meshopt_compression: the option `meshoptDecoder`/],
     [(json) => (json.meshes[0].primitives[0] = null), 'invalid-input', /malformed/],
     [(json) => (json.meshes = 5), 'invalid-input', /malformed/],
   ];
@@ -151,22 +202,22 @@ test('coarse primitives are not read', async () => {
 
 test('any bytes give an asset or a PsplitError', async () => {
   const random = random_numbers(3);
-  for (const glb of [glb_of(), draco_glb([...streams()][0][1]), new Uint8Array(readFileSync(sample('seams.glb')))])
+  for (const glb of [glb_of(), draco_glb([...streams()][0][1]), new Uint8Array(readFileSync(sample('seams.glb'))), meshopt_glb('EXT_meshopt_compression')])
     for (let round = 0; round < 300; ++round) {
       const bytes = round % 3 === 0 ? glb.slice(0, random(glb.length)) : Uint8Array.from(glb);
       for (let left = random(4); left >= 0 && bytes.length > 0; --left) bytes[random(Math.min(bytes.length, round % 2 === 0 ? 1500 : Infinity))] = random(256);
-      await decodeGlb(bytes).catch((error) => assert.equal(error.name, 'PsplitError', error.stack));
+      await decodeGlb(bytes, { meshoptDecoder: MeshoptDecoder }).catch((error) => assert.equal(error.name, 'PsplitError', error.stack));
     }
 });
 
 test('assets of the corpus are those of glTF-Transform', { skip: corpus_folder === null && 'there is no corpus' }, async () => {
-  const load = (name) => import(pathToFileURL(path.join(modules_folder, `node_modules/@gltf-transform/${name}/dist/index.js`)));
-  const { NodeIO, Logger } = await load('core'), { KHRONOS_EXTENSIONS } = await load('extensions');
-  const io = new NodeIO().registerExtensions(KHRONOS_EXTENSIONS).registerDependencies({ 'draco3d.decoder': await stock.createDecoderModule({}) })
+  const { NodeIO, Logger } = await load('@gltf-transform/core/dist/index.js'), { ALL_EXTENSIONS } = await load('@gltf-transform/extensions/dist/index.js');
+  const io = new NodeIO().registerExtensions(ALL_EXTENSIONS)
+    .registerDependencies({ 'draco3d.decoder': await stock.createDecoderModule({}), 'meshopt.decoder': MeshoptDecoder })
     .setLogger(new Logger(Logger.Verbosity.SILENT));
-  const counts = { draco: 0, none: 0 };
+  const counts = { draco: 0, none: 0, meshopt: 0 };
   for (const file of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/)) {
-    const document = await io.read(file).catch(() => null), ours = await decodeGltf(pathToFileURL(file)).catch((error) => error);
+    const document = await io.read(file).catch(() => null), ours = await decodeGltf(pathToFileURL(file), { meshoptDecoder: MeshoptDecoder }).catch((error) => error);
     if (document === null) continue;  // a broken asset, or one whose extension is not known there
     if (ours instanceof Error) {
       assert.ok(ours.name === 'PsplitError' && ours.code === 'unsupported', `${file}: ${ours.stack}`);
@@ -174,6 +225,7 @@ test('assets of the corpus are those of glTF-Transform', { skip: corpus_folder =
     }
     const theirs = document.getRoot().listMeshes().flatMap((mesh) => mesh.listPrimitives());
     assert.equal(ours.primitives.length, theirs.length, file);
+    counts.meshopt += ours.json.extensionsUsed?.includes('EXT_meshopt_compression') ?? 0;
     for (const [i, { coding, indices, attributes, targets }] of ours.primitives.entries()) {
       ++counts[coding];
       assert.deepEqual(indices && Uint32Array.from(indices), theirs[i].getIndices() && Uint32Array.from(theirs[i].getIndices().getArray()), file);
@@ -184,7 +236,7 @@ test('assets of the corpus are those of glTF-Transform', { skip: corpus_folder =
           assert.deepEqual(targets[t][name].array, target.getAttribute(name).getArray(), `${file}: target ${t}, ${name}`);
     }
   }
-  assert.ok(counts.draco > 20 && counts.none > 100, JSON.stringify(counts));
+  assert.ok(counts.draco > 20 && counts.none > 100 && counts.meshopt > 4, JSON.stringify(counts));
 });
 
 page_test('a page that loads a .gltf with its files', { files: { '/samples/': { folder: samples } },

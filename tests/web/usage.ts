@@ -7,6 +7,7 @@ import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import wasm from 'psplit/psplit.wasm';
 import { type DecodedAsset, decodeGlb, decodeGltf } from 'psplit/gltf';
 import { type EncodedMesh, createEncoder, encodeMesh, encodeMeshes } from 'psplit/encode';
+import { MeshoptDecoder } from 'meshoptimizer';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead, psplit as patches } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
 import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
@@ -30,7 +31,7 @@ export async function decode(bytes: Uint8Array, signal: AbortSignal): Promise<nu
 }
 
 export async function assets(bytes: ArrayBuffer, pool: Pool, signal: AbortSignal): Promise<BufferGeometry[]> {
-  const assets: DecodedAsset[] = [await decodeGlb(bytes), await decodeGltf('a.gltf', { pool, signal })];
+  const assets: DecodedAsset[] = [await decodeGlb(bytes), await decodeGltf('a.gltf', { pool, signal, meshoptDecoder: MeshoptDecoder })];
   return assets.flatMap(({ primitives }) => primitives).map(({ indices, attributes, targets = [] }) => {
     console.log(targets.map(({ POSITION }) => POSITION?.array.length));
     const { array, componentCount, normalized } = attributes['POSITION']!;

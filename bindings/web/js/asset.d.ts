@@ -1,9 +1,20 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader.
 import type { Bytes, ComponentArray, ComponentType, Pool } from './index.js';
 
+/** MeshoptDecoder of the npm package meshoptimizer, or the one that three and Babylon.js have. */
+export interface MeshoptDecoderLike {
+  readonly ready?: Promise<void>;
+  decodeGltfBuffer(target: Uint8Array, count: number, size: number, source: Uint8Array, mode: string, filter?: string): void;
+}
+
 export interface AssetOptions {
   /** Decodes in its workers. By default the calling thread decodes. */
   pool?: Pool;
+  /**
+   * Decodes buffer views with EXT_meshopt_compression or KHR_meshopt_compression, on the calling thread. Without it, assets that
+   * need one of the two are `unsupported`.
+   */
+  meshoptDecoder?: MeshoptDecoderLike;
   /** Ends the job: its promise rejects with the code `aborted`. */
   signal?: AbortSignal;
 }
@@ -24,7 +35,7 @@ export interface DecodedPrimitive {
   mode: number;
   /** The number of the material, if it has one. */
   material?: number;
-  /** How the asset stores it: in patches, in stock Draco, or without compression. */
+  /** How the asset stores its triangles: in patches, in stock Draco, or in buffer views. */
   coding: 'patches' | 'draco' | 'none';
   pointCount: number;
   /** In the type of the accessor; null if the primitive has no indices. */
@@ -44,7 +55,7 @@ export interface DecodedAsset {
 
 /**
  * Decodes all primitives of a GLB, or of the JSON of a .gltf: PSPLIT_mesh_draco_patches, KHR_draco_mesh_compression, and what is
- * not compressed. Any bytes may be given. Fallbacks are read if what is compressed cannot be decoded, except if it is invalid.
+ * not compressed, or by meshoptimizer. Any bytes may be given. Fallbacks are read if what is compressed cannot be decoded, except if it is invalid.
  * Images and animations are not read. Errors name mesh and primitive.
  * @param options `url`: the asset's address, from which the addresses of other files are taken
  */

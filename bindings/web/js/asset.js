@@ -10,6 +10,13 @@ import { array_of } from './types.js';
 const kMeshopt = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
 const kGlb = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 const kMostUnbacked = 2 ** 30;  // bytes of zeros that accessors without a buffer view have
+// Of meshoptimizer's modes that of attributes takes the fewest bytes: two bits for 256 zeros.
+const kMostBytesOfAByte = 1024;
+// What its decoder does not check. Filters of other strides change other bytes of the view.
+const is_index = (stride) => stride === 2 || stride === 4;
+const kMeshoptRows = { ATTRIBUTES: (stride) => stride % 4 === 0 && stride > 0 && stride <= 256, INDICES: is_index,
+  TRIANGLES: (stride, count) => is_index(stride) && count % 3 === 0 };
+const kMeshoptFilters = ['NONE', 'OCTAHEDRAL', 'QUATERNION', 'EXPONENTIAL', 'COLOR'];
 const on_this_thread = { decodeContainer, decodeDraco };
 
 const invalid = (message) => new PsplitError(message, 'invalid-input');
@@ -58,16 +65,20 @@ class Asset {
   #binary;
   #url;
   #decoder;
+  #meshopt;
   #signal;
   #unbacked = 0;         // bytes of accessors without a buffer view
+  #expanded = 0;         // bytes that meshoptimizer decodes
   #buffers = new Map();  // promises of bytes by number
+  #views = new Map();    // of those that meshoptimizer compressed: promises of decoded bytes by number
   #meshes = new Map();   // promises of decoded meshes by what is stored, because primitives may share it
 
-  constructor({ json, binary }, url, decoder, signal) {
+  constructor({ json, binary }, url, { pool, meshoptDecoder }, signal) {
     this.#json = json;
     this.#binary = binary;
     this.#url = url;
-    this.#decoder = decoder;
+    this.#decoder = pool ?? on_this_thread;
+    this.#meshopt = meshoptDecoder;
     this.#signal = signal;
   }
 
@@ -171,15 +182,42 @@ class Asset {
   async #view(i) {
     const view = this.#json.bufferViews?.[i];
     if (view === undefined) throw invalid(`there is no buffer view ${i}`);
-    const { buffer, byteOffset = 0, byteLength, extensions } = view;
-    const meshopt = kMeshopt.find((name) => extensions?.[name] !== undefined);
-    if (meshopt !== undefined) throw new PsplitError(`buffer view ${i} has ${meshopt}`, 'unsupported');
+    const name = kMeshopt.find((extension) => view.extensions?.[extension] !== undefined);
+    if (name === undefined || (this.#meshopt === undefined && this.#has_plain_bytes(view, name))) return this.#range(i, view);
+    if (!this.#views.has(i)) this.#views.set(i, this.#decompressed(i, view, name));
+    return this.#views.get(i);
+  }
+  async #range(i, { buffer, byteOffset = 0, byteLength }) {
     const bytes = await this.#buffer(buffer);
     if (!(byteOffset >= 0 && byteLength >= 0 && byteOffset + byteLength <= bytes.length)) {
       const { byteLength: all } = this.#json.buffers[buffer];
       throw invalid(bytes.length < all ? `buffer ${buffer} ends early: ${bytes.length} of ${all} bytes` : `buffer view ${i} is not in its buffer`);
     }
     return bytes.subarray(byteOffset, byteOffset + byteLength);
+  }
+  // A file may hold the decoded bytes as well, for those who do not know the extension.
+  #has_plain_bytes({ buffer }, name) {
+    return !this.#json.extensionsRequired?.includes(name) && (this.#json.buffers?.[buffer]?.uri !== undefined || (buffer === 0 && this.#binary !== undefined));
+  }
+  async #decompressed(i, { byteLength, extensions }, name) {
+    const { [name]: compressed } = extensions, { byteStride, count, mode, filter = 'NONE' } = compressed;
+    if (this.#meshopt === undefined) {
+      throw new PsplitError(`buffer view ${i} has ${name}: the option \`meshoptDecoder\` has to be a decoder, such as MeshoptDecoder of the ` +
+        'npm package meshoptimizer', 'unsupported');
+    }
+    const source = await this.#range(i, compressed), size = count * byteStride;
+    const is_valid = Number.isInteger(count) && count >= 0 && kMeshoptRows[mode]?.(byteStride, count) && kMeshoptFilters.includes(filter);
+    if (!(is_valid && byteLength <= size)) throw invalid(`buffer view ${i} has ${name} of no valid mode, filter, byteStride or count`);
+    // Views may share bytes, but a small file does not become huge.
+    if ((this.#expanded += size) > kMostBytesOfAByte * source.buffer.byteLength) throw invalid(`buffer view ${i} has more bytes than ${name} can hold`);
+    await this.#meshopt.ready;
+    const bytes = new Uint8Array(size);
+    try {
+      this.#meshopt.decodeGltfBuffer(bytes, count, byteStride, source, mode, filter);
+    } catch (error) {
+      throw invalid(`buffer view ${i} has ${name}, which cannot be decoded: ${error.message}`);
+    }
+    return bytes.subarray(0, byteLength);
   }
   #buffer(i) {
     if (!this.#buffers.has(i)) this.#buffers.set(i, this.#load_buffer(i));
@@ -226,9 +264,9 @@ async function ending(outer, use) {
   }
 }
 
-async function decoded_asset(bytes, { pool, url }, signal) {
+async function decoded_asset(bytes, options, signal) {
   const parsed = parse(bytes);
-  return { json: parsed.json, primitives: await new Asset(parsed, absolute(url), pool ?? on_this_thread, signal).primitives() };
+  return { json: parsed.json, primitives: await new Asset(parsed, absolute(options.url), options, signal).primitives() };
 }
 
 export async function decodeGlb(data, options) {

@@ -4,6 +4,7 @@
 #include "psplit/decode.h"
 #include "psplit/document.h"
 #include "tests/gltf_ext/asset.h"
+#include "tools/gltf_psplit/diff/elements.h"
 
 namespace psplit {
 namespace {
@@ -393,6 +394,43 @@ TEST(CompareAssets, MorphTargetsLinesAndPointsAreRead) {
   EXPECT_TRUE(same(with_indices(0, {0, 5, 2}), with_indices(0, {5, 2, 0})));
   EXPECT_FALSE(same(with_indices(0, {0, 5, 2}), with_indices(0, {5, 2, 2})));
   EXPECT_FALSE(same(with_indices(0, {0, 5}), with_indices(1, {0, 5})));
+}
+
+// Points and lines have no stream that states a grid. meshoptimizer's filter states exponents.
+TEST(CompareAssets, PointsMayBeRoundedAsTheFilterStates) {
+  const Mesh grid = make_grid(50, 40);
+  std::vector<float> positions = values_of<float>(grid.attributes[0]);
+  for (size_t i = 0; i < positions.size(); ++i) positions[i] += 0.1f * std::sin(static_cast<float>(i));
+  Document document = document_from_mesh(make_mesh(positions, grid.faces));
+  primitive_of(document)["mode"] = 0;
+  primitive_of(document).erase("indices");
+  const auto encoded = [&](double max_position_error) {
+    Document copy = document;
+    EncodeDocumentOptions options;
+    options.meshopt = MeshoptRest::kExt;
+    options.max_position_error = max_position_error;
+    must(encode_document(copy, options, cpu_backend(), test_pool()));
+    return copy;
+  };
+  constexpr double kError = 1.0 / 256;
+  const AssetMeshes exact = meshes_of(document), rounded = meshes_of(encoded(kError));
+  const AssetComparison comparison = compare(exact, rounded);
+  EXPECT_TRUE(comparison.same());
+  ASSERT_FALSE(comparison.values.empty());
+  EXPECT_GT(comparison.values[0].largest, 0);
+  EXPECT_LE(comparison.values[0].tolerance, kError);
+  EXPECT_TRUE(same(rounded, exact));
+  // Two files of the same exponents must be equal, and others differ by no more than both may.
+  EXPECT_TRUE(same(rounded, rounded));
+  EXPECT_TRUE(same(rounded, meshes_of(encoded(kError / 8))));
+  for (const float move : {0.9f, 1.1f}) {
+    AssetMeshes moved = exact;
+    change(moved.primitives[0], [&](Mesh& mesh) {
+      const auto to = static_cast<float>(number_at(*rounded.primitives[0].view.find("POSITION"), 0, 0));
+      set_value(mesh, "POSITION", 0, to + move * static_cast<float>(comparison.values[0].tolerance));
+    });
+    EXPECT_EQ(same(moved, rounded), move < 1);
+  }
 }
 
 }  // namespace

@@ -123,6 +123,7 @@ std::vector<PrecisePosition> mesh_origins(const Document& document) {
 }
 
 double half_step(const DeclaredGrid& positions) {
+  if (positions.coding.bits == 0) return positions.within;
   return double{positions.coding.range} / (std::ldexp(1.0, positions.coding.bits) - 1) / 2;
 }
 

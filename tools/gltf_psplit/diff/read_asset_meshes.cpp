@@ -8,6 +8,7 @@
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/describe_primitive.h"
+#include "tools/gltf_psplit/diff/filtered_grids.h"
 
 namespace psplit {
 namespace {
@@ -109,6 +110,24 @@ void find_grids_of_plain(AssetMeshes& asset) {
   }
 }
 
+// Only what has no grid of streams, or of primitives beside it.
+void add_filtered_grids(const Document& document, AssetMeshes& asset) {
+  FilteredGrids filtered(document);
+  for (AssetPrimitive& primitive : asset.primitives) {
+    if (primitive.has_no_data) continue;
+    const auto add = [&](const std::string& name, int64_t accessor) {
+      if (primitive.grids.contains(name)) return;
+      if (std::optional<DeclaredGrid> grid = filtered.of(accessor))
+        primitive.grids.emplace(name, std::move(*grid));
+    };
+    const PrimitiveRecord& record = document.records().primitive(primitive.id);
+    for (const AttributeRecord& attribute : record.attributes) add(attribute.semantic, attribute.accessor);
+    for (size_t t = 0; t < record.targets.size(); ++t)
+      for (const AttributeRecord& attribute : record.targets[t])
+        add(name_of_target(t, attribute.semantic), attribute.accessor);
+  }
+}
+
 // Whether attributes or indices are in a buffer without bytes.
 bool has_no_data(const Document& document, const PrimitiveRecord& primitive) {
   const auto is_missing = [&](int64_t index) {
@@ -182,6 +201,7 @@ Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBa
       return std::move(status).at(place_of(primitive.id));
   }
   find_grids_of_plain(asset);
+  add_filtered_grids(document, asset);
   return asset;
 }
 

@@ -19,7 +19,7 @@ namespace psplit {
 struct DeclaredGrid {
   double within = 0;  // the largest error of a component; for directions, of the chord between unit vectors
   std::string identity{};    // equal for equal grids; empty if the streams have several grids
-  AttributeCoding coding{};  // the grid, or one of them
+  AttributeCoding coding{};  // the grid, or one of them; without bits if values are multiples of a power of two
 };
 
 struct AssetPrimitive {

@@ -158,7 +158,8 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
   // A flag: without "=" no word after it is its value.
   CLI::Option* meshopt = command.add_flag(
       "--meshopt", arguments.meshopt,
-      "meshoptimizer compresses what stays in buffer views: animations, morph targets, points, lines, and "
+      "meshoptimizer compresses what stays in buffer views: animations, instances, morph targets, points, "
+      "lines, and "
       "meshes that stay plain. ext, the default, writes EXT_meshopt_compression, which more loaders know; "
       "khr writes KHR_meshopt_compression. Times of keys, splines and all else without a precision are "
       "exact. decode makes the views plain. Not with --memory");
@@ -175,7 +176,7 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
         ->excludes(command.get_option("--lossless"));
   };
   add_bits("--animation-translation-bits", bits.translation, kLeastAnimationBits, kMostAnimationBits,
-           "the largest component of the translations of a track");
+           "the largest component of the translations of a track, and of instances");
   add_bits("--animation-rotation-bits", bits.rotation, kLeastRotationBits, kMostRotationBits,
            "each component of rotations");
   add_bits("--animation-scale-bits", bits.scale, kLeastAnimationBits, kMostAnimationBits,
