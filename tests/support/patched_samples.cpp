@@ -66,7 +66,7 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
     codings.clear();
     for (const Attribute& attribute : alike.attributes) codings.push_back(fit_grid(attribute, 11).value());
     made.push_back(encode_sample("alike targets, " + std::to_string(targets), alike, codings,
-                                 {.patch_count = static_cast<int>(patches), .verify = false}, pool));
+                                 {.patch_count = patches, .verify = false}, pool));
   }
   return made;
 }
