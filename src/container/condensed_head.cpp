@@ -42,6 +42,7 @@ class HeadSectionReader {
   }
 
   Status read_deltas() {
+    if (head_.skeletons.empty()) return invalid("deltas without tables");
     const uint64_t count = uint64_t{bits_.number(count_)} + 1;
     if (bits_.broken()) return check_truncation();
     NumberKind skip{0}, zero{10}, back{1}, factor{5};

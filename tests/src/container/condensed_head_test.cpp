@@ -200,14 +200,15 @@ TEST(CondensedHead, SkipsSectionsThatMayBeSkipped) {
   EXPECT_EQ(with({}, {}), "0 skeletons");
   EXPECT_EQ(with({}, {128, 255}), "0 skeletons");
   EXPECT_EQ(with(tables, {128, 200}), "2 skeletons");
-  EXPECT_TRUE(contains(with(tables, {3}), "head: section 3 is not known, and may not be skipped"));
+  EXPECT_TRUE(contains(with(tables, {4}), "head: section 4 is not known, and may not be skipped"));
   EXPECT_TRUE(contains(with({}, {127}), "head: section 127 is not known"));
   std::vector<uint8_t> head;
-  append_head_section(static_cast<HeadSection>(3), data, head);
+  append_head_section(static_cast<HeadSection>(4), data, head);
   EXPECT_EQ(read_condensed_head(head).status().code(), StatusCode::kUnsupported);
   for (const int again : {0, 1})
     EXPECT_TRUE(contains(with(tables, {again}), "head: its sections do not ascend by type"));
   EXPECT_TRUE(contains(with({}, {2}), "head: values at borders without tables"));
+  EXPECT_TRUE(contains(with({}, {3}), "head: deltas without tables"));
   for (const std::vector<uint8_t>& broken :
        {std::vector<uint8_t>{128}, {128, 1}, {128, 0x80}, {128, 0x80, 0x80, 0x80, 0x80, 0x80, 0}})
     EXPECT_EQ(read_condensed_head(broken).status().message(), "head: a section of more bytes than there are");
