@@ -31,7 +31,9 @@ TEST(DeltaWeights, SumTo64AndAreAboutEqualIfEven) {
 // Places around a vertex in a plane or in space: what is affine in them is predicted within the weights' steps.
 TEST(DeltaWeights, PredictAffineFunctions) {
   std::mt19937 random(1);
-  const auto between = [&](int low, int high) { return low + static_cast<int>(random() % (high - low + 1)); };
+  const auto between = [&](int low, int high) {
+    return low + static_cast<int>(random() % static_cast<uint32_t>(high - low + 1));
+  };
   double largest = 0, sum = 0;
   constexpr int kTries = 2000;
   for (int i = 0; i < kTries; ++i) {
