@@ -71,8 +71,8 @@ uint32_t cost_of_correction(int64_t correction) {
   return 16 + 8 * top + next;
 }
 
-// A part of the reference in 1 / 64, as a decoder computes it.
-int64_t part_of(int32_t factor, int64_t reference) { return (factor * reference + kDeltaOne / 2) >> 6; }
+// A sum of products with weights or factors, which are in 1 / 64, as a decoder rounds it.
+int64_t rounded(int64_t sum) { return (sum + kDeltaOne / 2) >> core::kDeltaBits; }
 
 // Writes flags and corrections.
 class DeltaWriter {
@@ -161,7 +161,7 @@ void DeltaSample::add(const DecodedSource& source, std::span<const core::DeltaMo
         // What is far beyond is not what a reference is for.
         const auto narrow = [](int64_t sum) {
           constexpr int64_t kMost = 1 << 15;
-          return static_cast<int32_t>(std::clamp((sum + kDeltaOne / 2) >> 6, -kMost, kMost));
+          return static_cast<int32_t>(std::clamp(rounded(sum), -kMost, kMost));
         };
         const int64_t delta = delta_of(source, model, order.vertex(i), k);
         int64_t affine_sum = kDeltaOne * delta, even_sum = affine_sum;
@@ -249,7 +249,8 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
     uint64_t cost = kHeadCost;
     for (const Entry& entry : entries)
       cost += cost_of_correction(
-          entry.correction - part_of(choice.factor, entry.row[choice.reference].of(is_even)[entry.component]));
+          entry.correction -
+          rounded(int64_t{choice.factor} * entry.row[choice.reference].of(is_even)[entry.component]));
     if (cost >= least) continue;
     least = cost;
     model.reference = static_cast<uint16_t>(choice.reference);

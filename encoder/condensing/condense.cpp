@@ -160,6 +160,9 @@ class Condenser {
       if (is_everywhere && found != nullptr) models_.deltas.push_back(*found);
     }
   }
+  bool is_delta(size_t attribute) const {
+    return std::ranges::find(models_.deltas, attribute, &core::DeltaModel::attribute) != models_.deltas.end();
+  }
   // Those of a stream.
   std::span<const core::DeltaModel> deltas_of(const Patch& patch) const {
     const size_t attributes = patch.coded.fields.attributes.size();
@@ -267,9 +270,6 @@ class Condenser {
     Patch& patch = patches_[i];
     DracoFields& fields = patch.coded.fields;
     const std::span<const core::DeltaModel> deltas = deltas_of(patch);
-    const auto is_delta = [&](uint32_t a) {
-      return std::ranges::find(deltas, a, &core::DeltaModel::attribute) != deltas.end();
-    };
     const auto is_by_creation = [&](uint32_t a) {
       return is_delta(a) ||
              (codings.values[a].by_creation && fields.attributes[a].skeleton.allows_creation_order());
@@ -337,7 +337,7 @@ class Condenser {
     for (size_t a = 0; a < attribute_count_; ++a) {
       AttributeTables& model = models_.attributes.emplace_back();
       model.coding = codings.values[a];
-      if (std::ranges::find(models_.deltas, a, &core::DeltaModel::attribute) != models_.deltas.end()) {
+      if (is_delta(a)) {
         model.coding = {.by_creation = true};
         model.sets.emplace_back(TokenTables(core::TableSet::kTables));
         continue;

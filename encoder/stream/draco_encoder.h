@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,21 @@ struct DracoMesh {
   // and two faces that share no point share no edge.
   std::vector<uint8_t> share_values;
 };
+
+// The type of the mesh's values. Those of 32 bits are unsigned: the label says which they are. Types of 64 bits
+// and bools have none.
+inline std::optional<ComponentType> component_type_of(DataType type) {
+  switch (type) {
+    case DataType::kInt8: return ComponentType::kInt8;
+    case DataType::kUint8: return ComponentType::kUint8;
+    case DataType::kInt16: return ComponentType::kInt16;
+    case DataType::kUint16: return ComponentType::kUint16;
+    case DataType::kInt32:
+    case DataType::kUint32: return ComponentType::kUint32;
+    case DataType::kFloat32: return ComponentType::kFloat32;
+    default: return std::nullopt;
+  }
+}
 
 // What libdraco's DeduplicateAttributeValues and DeduplicatePointIds do: points share equal values, and points
 // that are equal in all attributes become the first of them. Errors: kInvalidInput for indices out of range,

@@ -13,8 +13,8 @@ using psplit::c::without_exceptions;
 
 struct UnityEncoder {
   psplit::DracoMesh mesh{};
-  std::vector<int> bits{14, 10, 10, 12,
-                        12};  // by semantic: position, normal, colour, texture coordinate, generic
+  // By semantic: position, normal, colour, texture coordinate, generic.
+  std::vector<int> bits{14, 10, 10, 12, 12};
   int speed = 5;
   bool is_cloud = false;
   bool is_broken = false;  // a call had arguments that cannot be encoded
@@ -25,20 +25,6 @@ namespace psplit::unity {
 namespace {
 
 constexpr uint32_t kNoId = 0xffffffffu;
-
-// That of the mesh of the encoder, whose signed numbers of 32 bits count as unsigned.
-std::optional<ComponentType> component_type_of(DataType type) {
-  switch (type) {
-    case DataType::kInt8: return ComponentType::kInt8;
-    case DataType::kUint8: return ComponentType::kUint8;
-    case DataType::kInt16: return ComponentType::kInt16;
-    case DataType::kUint16: return ComponentType::kUint16;
-    case DataType::kInt32:
-    case DataType::kUint32: return ComponentType::kUint32;
-    case DataType::kFloat32: return ComponentType::kFloat32;
-    default: return std::nullopt;
-  }
-}
 
 template <typename T>
 void flip_values(std::byte* values, size_t count, uint32_t components) {

@@ -4,9 +4,8 @@
 //
 // Vertices are coded in the order of creation, backward, and at each vertex all deltas:
 //
-//   flags         whether the delta is 0. Where all sources (delta_sources.h) that are neighbours agree, so
-//   does
-//                 nearly every vertex: runs count those that agree. Elsewhere a flag is a bit.
+//   flags         whether the delta is 0. Where all sources (delta_sources.h) that are neighbours agree, the
+//                 vertex nearly always agrees too: runs count such flags. Elsewhere a flag is a bit.
 //   remainders    of a delta that is not 0. A delta minus the multiple of another one that it resembles, its
 //                 reference, is a remainder. It is predicted from those of the sources, by weights.
 //   corrections   what the prediction is off by: tokens, whose tables are chosen by how large the corrections
@@ -156,11 +155,10 @@ struct DeltaItem {
 
 // Codes the deltas of vertex after vertex. A coder reads them, or writes them:
 //
-//   flags(sure, expected, mixed)   the flags of 32 rows: those in `sure` are as in `expected`, unless a run
-//   ends
-//                                  there; those in `mixed` are bits
-//   begin(items, count)            a vertex has so many deltas that are not 0
-//   corrections(n, item, predicted)   of the delta of item n, which is predicted with its reference
+//   flags(sure, expected, mixed)     returns the flags of 32 rows. Those in `sure` equal those in `expected`,
+//                                    unless a run ends there; those in `mixed` are bits
+//   begin(items, count)              announces the deltas of a vertex that are not 0
+//   corrections(n, item, expected)   returns what `expected` of item n is off by
 //
 // The memory has no meaning before. Arrays are by place in the order of creation, then by row.
 template <typename Index>

@@ -9,19 +9,6 @@
 namespace psplit::web {
 namespace {
 
-// Values of 32 bits are signed or not by their label.
-ComponentType component_type_of(DataType type) {
-  switch (type) {
-    case DataType::kInt8: return ComponentType::kInt8;
-    case DataType::kUint8: return ComponentType::kUint8;
-    case DataType::kInt16: return ComponentType::kInt16;
-    case DataType::kUint16: return ComponentType::kUint16;
-    case DataType::kInt32:
-    case DataType::kUint32: return ComponentType::kUint32;
-    default: return ComponentType::kFloat32;
-  }
-}
-
 // Static objects have no constructors: see exports.cpp.
 [[clang::no_destroy]] constinit std::optional<LabelledStream> stream;
 
@@ -46,7 +33,11 @@ void* add_attribute(DracoMesh* mesh, uint32_t semantic, uint32_t type, uint32_t 
                                ? "POSITION"
                                : std::to_string(static_cast<unsigned>(mesh->labels.size()));
   Attribute& attribute = mesh->mesh.attributes.emplace_back(
-      Attribute{name, component_type_of(label.type), static_cast<uint8_t>(components), false, {}});
+      Attribute{name,
+                component_type_of(label.type).value_or(ComponentType::kFloat32),
+                static_cast<uint8_t>(components),
+                false,
+                {}});
   attribute.values.resize(mesh->mesh.point_count * attribute.stride());
   mesh->labels.push_back(label);
   mesh->share_values.push_back(0);
