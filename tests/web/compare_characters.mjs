@@ -29,6 +29,9 @@ export function of_three({ scene, animations, parser }) {
   return { primitives, bones, tracks };
 }
 
+// Babylon.js makes meshes, skeletons and tracks in the order in which their data arrives.
+const by = (name) => (a, b) => (a[name] < b[name] ? -1 : Number(a[name] > b[name]));
+
 // Of an AssetContainer of Babylon.js.
 export function of_babylon({ meshes, skeletons, animationGroups }) {
   const kinds = { position: ['POSITION', 3], normal: ['NORMAL', 3], tangent: ['TANGENT', 4], uv: ['TEXCOORD_0', 2], matricesIndices: ['JOINTS_0', 4],
@@ -48,16 +51,15 @@ export function of_babylon({ meshes, skeletons, animationGroups }) {
     const [, m = 0, p = 0] = /^\/meshes\/(\d+)\/primitives\/(\d+)/.exec(pointer) ?? [];
     // Materials, which are not loaded, would say what is no triangle.
     return { key: `mesh ${m}, primitive ${p}`, attributes, corners: 3, indices: Uint32Array.from(mesh.getIndices()) };
-  });
-  const bones = skeletons.flatMap((skeleton) => skeleton.bones.flatMap((bone) => [...bone.getAbsoluteInverseBindMatrix().m]));
-  // Tracks come in the order in which their data did.
+  }).sort(by('key'));
+  const bones = [...skeletons].sort(by('id')).flatMap((skeleton) => skeleton.bones.flatMap((bone) => [...bone.getAbsoluteInverseBindMatrix().m]));
   const paths = { position: 'translation', rotationQuaternion: 'rotation', scaling: 'scale', influence: 'weights' }, names = new Map();
   for (const { name, morphTargetManager: targets } of meshes)
     for (let t = 0; t < (targets?.numTargets ?? 0); ++t) names.set(targets.getTarget(t), `${name}, target ${t}`);
   const tracks = animationGroups.flatMap(({ name, targetedAnimations }) => targetedAnimations.map(({ animation, target }) => {
     const keys = animation.getKeys(), numbers = ({ value }) => (typeof value === 'number' ? [value] : value.asArray()), path = paths[animation.targetProperty];
     return { key: `${name}, ${path} of ${names.get(target) ?? target.name}`, path, times: keys.map(({ frame }) => frame), values: keys.flatMap(numbers) };
-  })).sort((a, b) => (a.key < b.key ? -1 : 1));
+  })).sort(by('key'));
   return { primitives, bones, tracks };
 }
 
