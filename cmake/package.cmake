@@ -15,6 +15,7 @@ if(PSPLIT_BUILD_ENCODER)
 endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
+set(decoder_objects psplit_decoder psplit_threads)
 set(encoder_objects psplit_encoder psplit_partition)
 set(gltf_objects psplit_gltf psplit_mesh_files psplit_documents psplit_json)
 
@@ -90,7 +91,7 @@ endif()
 # that it needs. It exports what MAP names, and lies beside the packages.
 function(psplit_exporting target type name map objects)
   add_library(${target} ${type})
-  target_link_libraries(${target} PRIVATE ${ARGN} ${PSPLIT_THREADS_LIBRARIES})
+  target_link_libraries(${target} PRIVATE ${ARGN})
   foreach(tree IN LISTS objects)
     set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
@@ -111,31 +112,43 @@ function(psplit_exporting target type name map objects)
     set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${map})
   endif()
 endfunction()
-# psplit::c, with versions of what it exports; libextern_draco.so, for Blender; libdracodec_unity.so and libdraco_unity.so.
+# psplit::c, with versions of what it exports.
 if(PSPLIT_BUILD_C)
   set(objects psplit_decoder)
   if(PSPLIT_BUILD_ENCODER)
     list(APPEND objects psplit_encoder psplit_partition)
     set(libdraco $<BUILD_INTERFACE:psplit_draco_package>)
   endif()
-  psplit_exporting(psplit_c_package SHARED psplit bindings/c/psplit.map "psplit_c;psplit_json;${objects}" ${libdraco})
+  psplit_exporting(psplit_c_package SHARED psplit bindings/c/psplit.map "psplit_c;psplit_json;psplit_threads;${objects}" ${libdraco}
+                   ${PSPLIT_THREADS_LIBRARIES})
   add_library(psplit::c ALIAS psplit_c_package)
   # The number of the interface, not of the project.
   set_target_properties(psplit_c_package PROPERTIES EXPORT_NAME c VERSION 0.1 SOVERSION 0)
   target_include_directories(psplit_c_package INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 endif()
-if(PSPLIT_BUILD_C AND PROJECT_IS_TOP_LEVEL)
-  if(PSPLIT_BUILD_ENCODER)
-    psplit_exporting(psplit_blender_package MODULE extern_draco bindings/c/blender/bridge.map
-                     "psplit_blender;${objects}" ${libdraco})
+# psplit_plugin(TARGET NAME MAP OBJECTS LIBRARIES...): a module that Blender or Unity loads, which bring libraries of their own. On Linux
+# it needs the C library alone.
+function(psplit_plugin target name map objects)
+  psplit_exporting(${target} MODULE ${name} ${map} "psplit_decoder;psplit_plugin_threads;${objects}" Threads::Threads ${ARGN})
+  if(UNIX AND NOT APPLE AND NOT PSPLIT_SANITIZE)
+    target_link_options(${target} PRIVATE -static-libstdc++ -static-libgcc)
   endif()
-  # For DracoUnity 4, and for com.unity.cloud.draco 5.
-  psplit_exporting(psplit_unity_package MODULE dracodec_unity bindings/c/unity/plugin.map "psplit_unity;psplit_decoder")
+endfunction()
+if(PSPLIT_BUILD_C AND PROJECT_IS_TOP_LEVEL)
+  psplit_library(psplit_plugin_threads FILES src/task_arena_std.cpp LINK psplit_core)
+  # libextern_draco.so, for Blender.
+  if(PSPLIT_BUILD_ENCODER)
+    set(encoder psplit_encoder psplit_partition)
+    psplit_plugin(psplit_blender_package extern_draco bindings/c/blender/bridge.map "psplit_blender;${encoder}"
+                  psplit_static_draco_package)
+  endif()
+  # libdracodec_unity.so, for DracoUnity 4, and libdraco_unity.so, for com.unity.cloud.draco 5.
+  psplit_plugin(psplit_unity_package dracodec_unity bindings/c/unity/plugin.map psplit_unity)
   set(unity psplit_unity_package)
   if(PSPLIT_BUILD_ENCODER)
-    psplit_exporting(psplit_unity_5_package MODULE draco_unity bindings/c/unity/draco_unity.map
-                     "psplit_unity;psplit_unity_encoder;${objects}" ${libdraco})
+    psplit_plugin(psplit_unity_5_package draco_unity bindings/c/unity/draco_unity.map
+                  "psplit_unity;psplit_unity_encoder;${encoder}" psplit_static_draco_package)
     list(APPEND unity psplit_unity_5_package)
   endif()
   if(APPLE) # the names that Blender's add-on and Unity look for

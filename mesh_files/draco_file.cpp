@@ -7,6 +7,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/json/extension_names.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "mesh_files/draco_metadata_json.h"
@@ -114,18 +116,11 @@ void add_extras(Document& document, const StreamMetadata& metadata,
           json["accessors"][attributes[requests[i].semantic].get<size_t>()]);
 }
 
-// Whether glTF allows the type of such an attribute only with KHR_mesh_quantization.
-bool needs_mesh_quantization(const AttributeRequest& request) {
-  if (request.component_type == ComponentType::kFloat32) return false;
-  const bool is_unsigned =
-      request.component_type == ComponentType::kUint8 || request.component_type == ComponentType::kUint16;
-  if (request.semantic.starts_with("TEXCOORD_")) return !is_unsigned || !request.normalized;
-  return request.semantic == "POSITION" || request.semantic == "NORMAL";
-}
-
 void list_quantization(Document& document, const std::vector<AttributeRequest>& requests) {
-  if (std::ranges::any_of(requests, needs_mesh_quantization))
-    list_extension(document, "KHR_mesh_quantization", true);
+  const bool is_needed = std::ranges::any_of(requests, [](const AttributeRequest& request) {
+    return needs_mesh_quantization(request.semantic, request.component_type, request.normalized);
+  });
+  if (is_needed) list_extension(document, kQuantizationExtensionName, true);
 }
 
 Expected<Document> document_from_points(std::span<const uint8_t> stream, const DecodePoints& decode,

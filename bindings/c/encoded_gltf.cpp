@@ -15,24 +15,12 @@
 namespace psplit::c {
 namespace {
 
-constexpr const char* kQuantization = "KHR_mesh_quantization";
-
 // What glTF gets of a mesh: accessors, a primitive that refers to them, and the names of extensions.
 struct GltfParts {
   Json accessors = Json::array();
   Json primitive{};
   std::set<std::string> extensions{};
 };
-
-// Whether glTF allows such values only by its extension for quantized meshes.
-bool needs_quantization(const std::string& name, const AttributeRequest& request) {
-  const ComponentType type = request.component_type;
-  if (type == ComponentType::kFloat32) return false;
-  if (name == "POSITION" || name == "NORMAL" || name == "TANGENT") return true;
-  const bool is_texcoord = name.starts_with("TEXCOORD_");
-  return is_texcoord &&
-         !(request.normalized && (type == ComponentType::kUint8 || type == ComponentType::kUint16));
-}
 
 Json accessor_of(const AttributeRequest& request, uint32_t count, const ValueBounds& bounds) {
   Json accessor{{"componentType", static_cast<int>(request.component_type)}, {"count", count}};
@@ -84,8 +72,9 @@ Expected<GltfParts> parts_of(const psplit_encoded& encoded, size_t first_accesso
       primitive["attributes"][request.semantic] = accessor;
       extension["attributes"][request.semantic] = request.unique_id;
     }
-    if (needs_quantization(target ? target->semantic : request.semantic, request))
-      parts.extensions.insert(kQuantization);
+    if (needs_mesh_quantization(target ? target->semantic : request.semantic, request.component_type,
+                                request.normalized))
+      parts.extensions.insert(kQuantizationExtensionName);
     parts.accessors.push_back(accessor_of(request, point_count, encoded.storage[k].bounds));
   }
   const bool fits = least_index_bytes(point_count) == 2;

@@ -330,6 +330,14 @@ const char* type_name(const ElementLayout& layout) {
       ->name;
 }
 
+bool needs_mesh_quantization(std::string_view semantic, ComponentType component_type, bool normalized) {
+  if (component_type == ComponentType::kFloat32) return false;
+  if (semantic == "POSITION" || semantic == "NORMAL" || semantic == "TANGENT") return true;
+  const bool is_share =
+      normalized && (component_type == ComponentType::kUint8 || component_type == ComponentType::kUint16);
+  return semantic.starts_with("TEXCOORD_") && !is_share;
+}
+
 std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t component_count) {
   for (const Shape& shape : kShapes)
     if (shape.rows * shape.columns == component_count)

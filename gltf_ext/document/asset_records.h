@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -66,6 +67,8 @@ struct ElementLayout {
 const char* type_name(const ElementLayout& layout);
 // The layout of values with that many components; nothing if glTF has no such type.
 std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t component_count);
+// Whether glTF allows this type of an attribute, or of a target of it, only with KHR_mesh_quantization.
+bool needs_mesh_quantization(std::string_view semantic, ComponentType component_type, bool normalized);
 
 // Elements of a buffer view, from an offset on.
 struct ElementsRecord {

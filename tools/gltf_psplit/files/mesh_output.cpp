@@ -163,7 +163,7 @@ class SceneParts {
     if (has_extras(json)) losses.push_back("extras");
     if (const Json* const used = array_field(json, "extensionsUsed"))
       for (const Json& name : *used)
-        if (name.is_string() && name != "KHR_mesh_quantization" && name != "KHR_texture_transform")
+        if (name.is_string() && name != kQuantizationExtensionName && name != "KHR_texture_transform")
           losses.push_back(name.get<std::string>());
   }
 

@@ -84,7 +84,7 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
 
 void add_drop_option(CLI::App& command, std::vector<std::string>& names) {
   const auto holds_meshes = [](const std::string& name) {
-    for (const char* known : {kExtensionName, kStockExtensionName, "KHR_mesh_quantization",
+    for (const char* known : {kExtensionName, kStockExtensionName, kQuantizationExtensionName,
                               "EXT_meshopt_compression", "KHR_meshopt_compression"})
       if (name == known) return name + " holds the meshes themselves, and cannot be dropped";
     return std::string();
