@@ -100,7 +100,23 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
         *std::max_element(partition.patch_of_face.begin(), partition.patch_of_face.end()) + 1;
   }
   cut.patches.resize(partition.patch_count);
-  for (uint32_t i = 0; i < count; ++i) cut.patches[partition.patch_of_face[i]].push_back(face_of(i));
+  std::vector<uint32_t> place(count);  // of each face in its patch
+  for (uint32_t i = 0; i < count; ++i) {
+    std::vector<uint32_t>& patch = cut.patches[partition.patch_of_face[i]];
+    place[i] = static_cast<uint32_t>(patch.size());
+    patch.push_back(face_of(i));
+  }
+  if (cut.residue_faces.empty() && !partition.neighbours.empty()) {
+    cut.neighbours = std::move(partition.neighbours);
+    constexpr size_t kGrain = 1 << 14;
+    pool.for_ranges(count, kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i)
+        for (uint32_t& next : cut.neighbours[i])
+          if (next != kNone)
+            next =
+                partition.patch_of_face[next] == partition.patch_of_face[i] ? place[next] : PatchMesh::kNoFace;
+    });
+  }
   std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
   return cut;
 }
@@ -121,8 +137,13 @@ void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut) {
   cut.patches = std::move(ordered);
 }
 
-PatchMesh PatchExtractor::extract(std::span<const uint32_t> faces) {
+PatchMesh PatchExtractor::extract(std::span<const uint32_t> faces,
+                                  std::span<const std::array<uint32_t, 3>> neighbours) {
   PatchMesh patch;
+  if (!neighbours.empty()) {
+    patch.neighbours.reserve(faces.size());
+    for (const uint32_t face : faces) patch.neighbours.push_back(neighbours[face]);
+  }
   patch.faces.reserve(faces.size());
   for (const uint32_t face : faces)
     for (const uint32_t point : mesh_.faces[face])
@@ -143,7 +164,7 @@ PatchMesh PatchExtractor::extract(std::span<const uint32_t> faces) {
 Residue extract_residue(const Mesh& mesh, std::span<const uint32_t> residue_faces,
                         std::span<const uint8_t> is_in_patch, bool standalone) {
   Residue residue;
-  residue.patch = PatchExtractor(mesh).extract(residue_faces);
+  residue.patch = PatchExtractor(mesh).extract(residue_faces, {});
   residue.face_count = static_cast<uint32_t>(residue_faces.size());
   std::vector<uint8_t> is_used(is_in_patch.begin(), is_in_patch.end());
   for (const uint32_t point : residue.patch.points) {

@@ -1,6 +1,7 @@
 // Divides the faces of a mesh among the streams of its container.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,6 +19,10 @@ namespace psplit {
 struct Cut {
   std::vector<std::vector<uint32_t>> patches;
   std::vector<uint32_t> residue_faces;
+  // For each face of the mesh and side, from corner c to the next, the place in its patch of the face across,
+  // or PatchMesh::kNoFace if it is in another patch. Empty if they are not known, or some edge has more than
+  // two faces.
+  std::vector<std::array<uint32_t, 3>> neighbours;
 };
 
 // Partitions the mesh, or takes the given patch of each of its faces if `patch_of_face` is not empty.
@@ -33,8 +38,9 @@ class PatchExtractor {
  public:
   explicit PatchExtractor(const Mesh& mesh) : mesh_(mesh), number_(mesh.point_count, 0xffffffffu) {}
 
-  // Faces of the mesh with the points that they use, which ascend.
-  PatchMesh extract(std::span<const uint32_t> faces);
+  // Faces of the mesh with the points that they use, which ascend. `neighbours` are those of all faces of the
+  // mesh (Cut), or empty.
+  PatchMesh extract(std::span<const uint32_t> faces, std::span<const std::array<uint32_t, 3>> neighbours);
 
  private:
   const Mesh& mesh_;

@@ -52,7 +52,7 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
       return;
     }
     const PatchMesh patch =
-        ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i]);
+        ObjectPool<PatchExtractor>::Lease(extractors, make_extractor)->extract(cut.patches[i], cut.neighbours);
     Expected<EncodedPatch> encoded =
         options.by_libdraco ? encode_edgebreaker(welded, patch, codings, options.encode_speed, standalone)
         : options.choose_by_bytes
@@ -68,9 +68,8 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
                                  ? table_bytes_of(streams.bytes[i])
                                  : encoded->table_bytes;
     streams.decoded[i] = std::move(encoded->decoded);
-    streams.owned[i].faces = streams.decoded[i].faces;
-    std::vector<uint32_t>& points = streams.owned[i].points = std::move(encoded->patch_point);
-    for (uint32_t& point : points) point = patch.points[point];
+    OwnedStream& owned = streams.owned[i] = {std::move(encoded->patch_point), std::move(encoded->walk)};
+    for (uint32_t& point : owned.points) point = patch.points[point];
     if (options.patch_encoded) options.patch_encoded(cut.patches[i].size());
   });
   for (Status& status : statuses)
@@ -264,7 +263,7 @@ Status append_residue(const WeldedMesh& welded, std::span<const uint32_t> residu
   decoded.faces.resize(residue.face_count);
   streams.has_residue = true;
   streams.bytes.push_back(std::move(*bytes));
-  streams.owned.push_back({decoded.faces, std::move(residue.patch.points), true});
+  streams.owned.push_back({std::move(residue.patch.points), {}});
   return {};
 }
 

@@ -22,13 +22,5 @@ inline void store_shared(uint32_t& value, uint32_t next) {
   __atomic_store_n(&value, next, __ATOMIC_RELAXED);
 #endif
 }
-// Adds one, and returns the value before.
-inline uint32_t add_one_shared(uint32_t& value) {
-#ifdef __cpp_lib_atomic_ref
-  return std::atomic_ref(value).fetch_add(1, std::memory_order_relaxed);
-#else
-  return __atomic_fetch_add(&value, 1, __ATOMIC_RELAXED);
-#endif
-}
 
 }  // namespace psplit

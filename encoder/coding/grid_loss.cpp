@@ -17,7 +17,7 @@ namespace {
 const double kNoise = std::ldexp(1.0, -22);
 constexpr uint32_t kNoPoint = UINT32_MAX;
 
-using GridPlace = std::array<int64_t, 3>;
+using GridPlace = std::array<int32_t, 3>;
 using Values = std::array<float, 3>;
 
 // An attribute of at most three components, and its places on a grid.
@@ -71,19 +71,21 @@ class Placed {
 
 uint64_t hash_of(const GridPlace& place) {
   uint64_t hash = 0;
-  for (const int64_t c : place) {
-    hash = (hash ^ static_cast<uint64_t>(c)) * 0x9e3779b97f4a7c15u;
+  for (const int32_t c : place) {
+    hash = (hash ^ static_cast<uint32_t>(c)) * 0x9e3779b97f4a7c15u;
     hash ^= hash >> 29;
   }
   return hash;
 }
 
-template <typename T>
-std::array<T, 3> cross(const std::array<T, 3>& a, const std::array<T, 3>& b, const std::array<T, 3>& c) {
+// Differences and products are computed as `T`.
+template <typename T, typename Component>
+std::array<T, 3> cross(const std::array<Component, 3>& a, const std::array<Component, 3>& b,
+                       const std::array<Component, 3>& c) {
   std::array<T, 3> u{}, v{};
   for (size_t k = 0; k < 3; ++k) {
-    u[k] = b[k] - a[k];
-    v[k] = c[k] - a[k];
+    u[k] = T{b[k]} - a[k];
+    v[k] = T{c[k]} - a[k];
   }
   return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
@@ -106,7 +108,7 @@ bool has_area(const Placed& placed, const std::array<uint32_t, 3>& face) {
     for (size_t c = 0; c < 3; ++c) edge[c] = corner[(i + 1) % 3][c] - corner[i][c];
     longest = std::max(longest, length_of(edge));
   }
-  return length_of(cross(corner[0], corner[1], corner[2])) > longest * largest * kNoise;
+  return length_of(cross<double>(corner[0], corner[1], corner[2])) > longest * largest * kNoise;
 }
 
 // The positions that are told apart, and those of them that coincide with an earlier one on the grid.
@@ -184,8 +186,8 @@ void GridLoss::add_positions(const Mesh& mesh, const Attribute& attribute, const
   points += coinciding(placed);
   for (const auto& face : mesh.faces) {
     if (!placed.are_stored(face)) continue;
-    const GridPlace normal = cross(placed[face[0]], placed[face[1]], placed[face[2]]);
-    const bool is_flat = normal == GridPlace{};
+    const auto normal = cross<int64_t>(placed[face[0]], placed[face[1]], placed[face[2]]);
+    const bool is_flat = normal == std::array<int64_t, 3>{};
     if (is_flat && !has_area(placed, face)) continue;
     ++faces.all;
     faces.lost += is_flat ? 1 : 0;

@@ -15,6 +15,7 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/libdraco/draco_types.h"
 #include "encoder/libdraco/unfused_values.h"
+#include "encoder/stitching/stitch_map.h"
 #include "encoder/stream/attribute_plan.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/stream/patch_steps.h"
@@ -260,6 +261,7 @@ Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchM
     if (!point) return runtime_failure("libdraco decodes a point that the patch does not have");
     encoded.patch_point.push_back(*point);
   }
+  encoded.walk = border_walk(encoded.decoded.faces, encoded.decoded.point_count);
   if (with_values) copy_values(mesh, *welded.mesh, encoded.decoded);
   return encoded;
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-
-#include "src/shared_values.h"
+#include <unordered_map>
+#include <utility>
 
 namespace psplit {
 namespace {
@@ -16,9 +16,6 @@ std::vector<uint32_t> accumulate(std::vector<uint32_t>& counts) {
   std::partial_sum(counts.begin(), counts.end(), counts.begin());
   return {counts.begin(), counts.end() - 1};
 }
-
-// Returns the value before. A thread that is alone takes a fifth of the time.
-uint32_t add_one(uint32_t& counter, bool is_alone) { return is_alone ? counter++ : add_one_shared(counter); }
 
 // Sorts a few items faster than std::sort.
 template <typename Item>
@@ -70,59 +67,84 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   return coarse;
 }
 
+// Each edge is in the list of its lower vertex. When a face comes to an edge that is there, it is linked with
+// the face that came there last.
+class EdgeLinker {
+ public:
+  EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, std::vector<uint32_t>& newest_edge,
+             size_t edge_count)
+      : neighbours_(neighbours), newest_(newest_edge) {
+    edges_.reserve(edge_count);
+  }
+
+  // The side `c` of a face is the edge from `lower` to `upper`.
+  void add(uint32_t lower, uint32_t upper, uint32_t face, uint32_t c) {
+    uint32_t& newest = newest_[lower];
+    uint32_t at = newest, steps = 0;
+    while (at != kNoCell && edges_[at].upper != upper) {
+      at = edges_[at].next;
+      if (++steps == kMostSteps) return add_far(lower, upper, face, c);
+    }
+    if (at != kNoCell) return link(std::exchange(edges_[at].last, {face, c}), {face, c});
+    edges_.push_back({upper, newest, {face, c}});
+    newest = static_cast<uint32_t>(edges_.size() - 1);
+  }
+
+  std::vector<FaceGraph::Extra> extra;  // links that do not fit
+
+ private:
+  struct Side {
+    uint32_t face, c;
+  };
+  struct Edge {
+    uint32_t upper, next;
+    Side last;
+  };
+  // Of a vertex with more edges, the first to come are in a table of their own.
+  static constexpr uint32_t kMostSteps = 64;
+
+  void link(Side from, Side to) {
+    if (from.face == to.face) return;
+    for (const auto& [side, other] : {std::pair(from, to.face), std::pair(to, from.face)}) {
+      uint32_t& across = neighbours_[side.face][side.c];
+      if (across == kNoCell)
+        across = other;
+      else
+        extra.push_back({side.face, other});
+    }
+  }
+  void add_far(uint32_t lower, uint32_t upper, uint32_t face, uint32_t c) {
+    const auto [entry, is_new] = far_.try_emplace(uint64_t{lower} << 32 | upper, Side{face, c});
+    if (!is_new) link(std::exchange(entry->second, {face, c}), {face, c});
+  }
+
+  std::vector<std::array<uint32_t, 3>>& neighbours_;
+  std::vector<uint32_t>& newest_;  // of each vertex, in the list of edges
+  std::vector<Edge> edges_;
+  std::unordered_map<uint64_t, Side> far_;
+};
+
 }  // namespace
 
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool) {
-  // Sides are sorted by the lower vertex of their edge, then by the upper, so the sides of one edge are
-  // adjacent.
-  struct Side {
-    uint32_t upper, face;
-    auto operator<=>(const Side&) const = default;
-  };
-  const bool is_alone = pool.thread_count() == 1;
-  std::vector<uint32_t> first_side(size_t{vertex_count} + 1);
-  pool.for_ranges(faces.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i)
-      for (size_t c = 0; c < 3; ++c)
-        add_one(first_side[std::min(faces[i][c], faces[i][(c + 1) % 3]) + 1], is_alone);
-  });
-  std::vector<uint32_t> next = accumulate(first_side);
-  std::vector<Side> sides(faces.size() * 3);
-  pool.for_ranges(faces.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i)
-      for (size_t c = 0; c < 3; ++c) {
-        const auto [lower, upper] = std::minmax(faces[i][c], faces[i][(c + 1) % 3]);
-        sides[add_one(next[lower], is_alone)] = {upper, static_cast<uint32_t>(i)};
-      }
-  });
   FaceGraph graph;
   graph.neighbours.assign(faces.size(), {kNoCell, kNoCell, kNoCell});
-  // Sets a link across a side that has none yet. Returns false if there is no such side.
-  const auto link = [&](uint32_t face, uint32_t lower, uint32_t upper, uint32_t other) {
-    // A face with two equal vertices has an edge twice.
-    for (size_t c = 0; c < 3; ++c) {
-      const auto [a, b] = std::minmax(faces[face][c], faces[face][(c + 1) % 3]);
-      if (a != lower || b != upper || graph.neighbours[face][c] != kNoCell) continue;
-      graph.neighbours[face][c] = other;
-      return true;
-    }
-    return false;
-  };
-  std::vector<std::vector<FaceGraph::Extra>> extra((size_t{vertex_count} + kGrain - 1) / kGrain);
-  pool.for_ranges(vertex_count, kGrain, [&](size_t begin, size_t end) {
-    for (size_t v = begin; v < end; ++v) {
-      Side* const first = sides.data() + first_side[v];
-      Side* const last = sides.data() + first_side[v + 1];
-      sort_few(first, last);
-      for (const Side* side = first; side + 1 < last; ++side) {
-        const auto [upper, face] = side[0];
-        const uint32_t other = side[1].face, lower = static_cast<uint32_t>(v);
-        if (upper != side[1].upper || face == other) continue;
-        if (!link(face, lower, upper, other)) extra[begin / kGrain].push_back({face, other});
-        if (!link(other, lower, upper, face)) extra[begin / kGrain].push_back({other, face});
+  std::vector<uint32_t> newest_edge(vertex_count, kNoCell);
+  // Each task takes the edges of some vertices, so that no two write to a place.
+  const size_t task_count =
+      std::clamp<size_t>(faces.size() / kGrain, 1, static_cast<size_t>(pool.thread_count()));
+  std::vector<std::vector<FaceGraph::Extra>> extra(task_count);
+  pool.for_each(task_count, [&](size_t task) {
+    const auto bound = [&](size_t t) { return static_cast<uint32_t>(uint64_t{vertex_count} * t / task_count); };
+    const uint32_t begin = bound(task), end = bound(task + 1);
+    EdgeLinker linker(graph.neighbours, newest_edge, faces.size() * 3 / 2 / task_count);
+    for (uint32_t i = 0; i < faces.size(); ++i)
+      for (uint32_t c = 0; c < 3; ++c) {
+        const auto [lower, upper] = std::minmax(faces[i][c], faces[i][c == 2 ? 0 : c + 1]);
+        if (lower >= begin && lower < end) linker.add(lower, upper, i, c);
       }
-    }
+    extra[task] = std::move(linker.extra);
   });
   std::vector<FaceGraph::Extra> all;
   for (const auto& some : extra) all.insert(all.end(), some.begin(), some.end());
@@ -137,26 +159,6 @@ void FaceGraph::set_extra(std::vector<Extra> links) {
   std::sort(extra.begin(), extra.end());
   has_extra.assign(neighbours.size(), 0);
   for (const Extra& link : extra) has_extra[link.face] = 1;
-}
-
-FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool) {
-  std::vector<uint32_t> place(order.size());
-  pool.for_ranges(order.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) place[order[i]] = static_cast<uint32_t>(i);
-  });
-  FaceGraph reordered;
-  reordered.neighbours.resize(order.size());
-  pool.for_ranges(order.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i)
-      for (size_t c = 0; c < 3; ++c) {
-        const uint32_t other = graph.neighbours[order[i]][c];
-        reordered.neighbours[i][c] = other == kNoCell ? kNoCell : place[other];
-      }
-  });
-  std::vector<FaceGraph::Extra> extra;
-  for (const FaceGraph::Extra& link : graph.extra) extra.push_back({place[link.face], place[link.other]});
-  reordered.set_extra(std::move(extra));
-  return reordered;
 }
 
 CellGraph contract(const FaceGraph& graph, const Coarsening& coarsening, const ThreadPool& pool) {

@@ -53,9 +53,6 @@ struct FaceGraph {
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool);
 
-// The graph with its faces in another order: face i of the result is face order[i].
-FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool);
-
 // Cells are connected sets of faces. A link has the number of mesh edges that two cells share.
 struct CellGraph {
   struct Link {

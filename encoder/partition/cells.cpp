@@ -10,48 +10,118 @@ constexpr uint32_t kStretch = 1 << 16;
 // With more than this many times the wanted cells, the ends of the stretches have cut too many cells off.
 constexpr double kCutOff = 1.5;
 
-// Grows cells from the cells [begin, end) of a graph, numbered from 0 on.
-template <typename Graph>
-class StretchGrower {
+// Cells that some others are next to, with the edges between them.
+class Neighbours {
  public:
-  StretchGrower(const Graph& graph, uint32_t begin, uint32_t end, uint32_t members, uint32_t face_limit,
-                std::vector<uint32_t>& number)
-      : graph_(graph), begin_(begin), end_(end), members_(members), face_limit_(face_limit), number_(number) {}
+  struct Entry {
+    uint32_t cell, edges;
+  };
+
+  void clear() { entries_.clear(); }
+  void count(uint32_t cell, uint32_t edges) {
+    for (Entry& entry : entries_)
+      if (entry.cell == cell) {
+        entry.edges += edges;
+        return;
+      }
+    entries_.push_back({cell, edges});
+  }
+  // Takes the first of those with the most edges that `may_be(cell)` allows; kNoCell if there is none.
+  template <typename MayBe>
+  uint32_t take_best(MayBe may_be) {
+    size_t best = entries_.size();
+    for (size_t i = 0; i < entries_.size(); ++i)
+      if ((best == entries_.size() || entries_[i].edges > entries_[best].edges) && may_be(entries_[i].cell))
+        best = i;
+    if (best == entries_.size()) return kNoCell;
+    const uint32_t cell = entries_[best].cell;
+    entries_[best] = entries_.back();
+    entries_.pop_back();
+    return cell;
+  }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+// A stretch of a graph: its cells [begin, end).
+template <typename Graph>
+struct Stretch {
+  const Graph& graph;
+  uint32_t begin, end;
+  uint32_t members, face_limit;   // as in grow_cells
+  std::vector<uint32_t>& number;  // of the grown cell, from 0 on; kNoCell if it has none yet
+
+  bool has(uint32_t cell) const { return cell >= begin && cell < end; }
+  bool is_left(uint32_t cell) const { return has(cell) && number[cell] == kNoCell; }
+};
+
+// Grows cells of faces breadth-first, so that they are about as long as wide. What is left between others, and
+// much smaller, joins one of them. Returns the number of grown cells.
+uint32_t grow(const Stretch<FaceGraph>& stretch) {
+  const uint32_t members = stretch.members, most = std::min(members + members / 2, stretch.face_limit);
+  std::vector<uint32_t>& number = stretch.number;
+  std::vector<uint32_t> sizes, faces;  // of the grown cells; those of the one that grows
+  Neighbours around;
+  for (uint32_t seed = stretch.begin; seed < stretch.end; ++seed) {
+    if (number[seed] != kNoCell) continue;
+    const auto own = static_cast<uint32_t>(sizes.size());
+    const auto take = [&](uint32_t face, uint32_t) {
+      if (faces.size() == members || !stretch.is_left(face)) return;
+      number[face] = own;
+      faces.push_back(face);
+    };
+    faces.clear();
+    take(seed, 1);
+    for (size_t i = 0; i < faces.size() && faces.size() < members; ++i)
+      stretch.graph.for_each_link(faces[i], take);
+    const auto size = static_cast<uint32_t>(faces.size());
+    if (size * 3 < members) {
+      around.clear();
+      for (const uint32_t face : faces)
+        stretch.graph.for_each_link(face, [&](uint32_t next, uint32_t edges) {
+          if (stretch.has(next) && number[next] != own) around.count(number[next], edges);
+        });
+      const uint32_t joined = around.take_best([&](uint32_t cell) { return sizes[cell] + size <= most; });
+      if (joined != kNoCell) {
+        for (const uint32_t face : faces) number[face] = joined;
+        sizes[joined] += size;
+        continue;
+      }
+    }
+    sizes.push_back(size);
+  }
+  return static_cast<uint32_t>(sizes.size());
+}
+
+// Grows cells of cells: each repeatedly takes the neighbour with which it shares most edges.
+class CellGrower {
+ public:
+  explicit CellGrower(const Stretch<CellGraph>& stretch) : s_(stretch) {}
 
   // Returns the number of grown cells.
   uint32_t run() {
-    for (uint32_t seed = begin_; seed < end_; ++seed)
-      if (number_[seed] == kNoCell) grow_from(seed);
+    for (uint32_t seed = s_.begin; seed < s_.end; ++seed)
+      if (s_.number[seed] == kNoCell) grow_from(seed);
     return static_cast<uint32_t>(face_counts_.size());
   }
 
  private:
-  struct Candidate {
-    uint32_t cell, edges;
-  };
-
   void grow_from(uint32_t seed) {
     const auto own = static_cast<uint32_t>(face_counts_.size());
-    uint32_t faces = 0, count = 0, newest = seed;
+    uint32_t faces = 0, count = 0;
     around_.clear();
-    for (;;) {
-      number_[newest] = own;
-      faces += graph_.face_count(newest);
-      if (++count == members_) break;
-      graph_.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
-        if (next >= begin_ && next < end_ && number_[next] == kNoCell) count_edge(next, edges);
+    for (uint32_t newest = seed; newest != kNoCell;) {
+      s_.number[newest] = own;
+      faces += s_.graph.face_count(newest);
+      if (++count == s_.members) break;
+      s_.graph.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
+        if (s_.is_left(next)) around_.count(next, edges);
       });
-      size_t best = around_.size();
-      for (size_t i = 0; i < around_.size(); ++i)
-        if (faces + graph_.face_count(around_[i].cell) <= face_limit_ &&
-            (best == around_.size() || around_[i].edges > around_[best].edges))
-          best = i;
-      if (best == around_.size()) break;
-      newest = around_[best].cell;
-      around_[best] = around_.back();
-      around_.pop_back();
+      newest =
+          around_.take_best([&](uint32_t cell) { return faces + s_.graph.face_count(cell) <= s_.face_limit; });
     }
-    if (count == 1 && members_ > 1 && joins_neighbour(seed, own, faces)) return;
+    if (count == 1 && s_.members > 1 && joins_neighbour(seed, own, faces)) return;
     face_counts_.push_back(faces);
     member_counts_.push_back(count);
   }
@@ -59,54 +129,40 @@ class StretchGrower {
   // A single cell that is left between others joins one of them, if any has room.
   bool joins_neighbour(uint32_t seed, uint32_t own, uint32_t faces) {
     around_.clear();
-    graph_.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
-      if (next < begin_ || next >= end_) return;
-      const uint32_t cell = number_[next];
-      if (cell != kNoCell && cell != own && member_counts_[cell] < 2 * members_ &&
-          face_counts_[cell] + faces <= face_limit_)
-        count_edge(cell, edges);
+    s_.graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
+      if (s_.has(next) && s_.number[next] != kNoCell && s_.number[next] != own)
+        around_.count(s_.number[next], edges);
     });
-    const auto best =
-        std::max_element(around_.begin(), around_.end(),
-                         [](const Candidate& a, const Candidate& b) { return a.edges < b.edges; });
-    if (best == around_.end()) return false;
-    number_[seed] = best->cell;
-    face_counts_[best->cell] += faces;
-    ++member_counts_[best->cell];
+    const uint32_t best = around_.take_best([&](uint32_t cell) {
+      return member_counts_[cell] < 2 * s_.members && face_counts_[cell] + faces <= s_.face_limit;
+    });
+    if (best == kNoCell) return false;
+    s_.number[seed] = best;
+    face_counts_[best] += faces;
+    ++member_counts_[best];
     return true;
   }
 
-  void count_edge(uint32_t cell, uint32_t edges) {
-    for (Candidate& candidate : around_)
-      if (candidate.cell == cell) {
-        candidate.edges += edges;
-        return;
-      }
-    around_.push_back({cell, edges});
-  }
-
-  const Graph& graph_;
-  uint32_t begin_, end_, members_, face_limit_;
-  std::vector<uint32_t>& number_;
+  const Stretch<CellGraph>& s_;
   std::vector<uint32_t> face_counts_, member_counts_;  // of the grown cells
-  std::vector<Candidate> around_;                      // the neighbours of the cell that grows
+  Neighbours around_;                                  // of the cell that grows
 };
+uint32_t grow(const Stretch<CellGraph>& stretch) { return CellGrower(stretch).run(); }
 
 template <typename Graph>
-Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
+Coarsening grow_all(const Graph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
   const uint32_t cell_count = graph.cell_count();
   Coarsening grown{std::vector<uint32_t>(cell_count, kNoCell), 0};
   std::vector<uint32_t> first(cell_count / kStretch + 2, 0);  // the first number of each stretch
   pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
-    StretchGrower grower(graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), members, face_limit,
-                         grown.coarse_of);
-    first[begin / kStretch + 1] = grower.run();
+    first[begin / kStretch + 1] = grow(Stretch<Graph>{
+        graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), members, face_limit, grown.coarse_of});
   });
   std::partial_sum(first.begin(), first.end(), first.begin());
   grown.count = first.back();
   if (cell_count > kStretch && static_cast<double>(grown.count) * members > kCutOff * cell_count) {
     grown.coarse_of.assign(cell_count, kNoCell);
-    grown.count = StretchGrower(graph, 0, cell_count, members, face_limit, grown.coarse_of).run();
+    grown.count = grow(Stretch<Graph>{graph, 0, cell_count, members, face_limit, grown.coarse_of});
     return grown;
   }
   pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
@@ -118,10 +174,10 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const
 }  // namespace
 
 Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
-  return grow(graph, members, face_limit, pool);
+  return grow_all(graph, members, face_limit, pool);
 }
 Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
-  return grow(graph, members, face_limit, pool);
+  return grow_all(graph, members, face_limit, pool);
 }
 
 }  // namespace psplit

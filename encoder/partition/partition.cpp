@@ -14,28 +14,34 @@
 namespace psplit {
 namespace {
 
-// A first cell has about kFirstMembers faces. A cell of a later level has about kMembers cells of the level
-// before.
-constexpr uint32_t kFirstMembers = 8, kMembers = 2;
+// A cell of a later level has about kMembers cells of the level before.
+constexpr uint32_t kMembers = 2;
 // Coarsening ends at about this many cells per patch.
 constexpr uint32_t kCellsPerPatch = 20;
-// Borders are cut anew at three kinds of levels: `coarse`, if a patch has up to kCoarseCells cells or a cell
-// has kCoarseFaces faces; `middle`, at the first cells; `fine`, at faces. Bands are wide at levels with few
-// cells, and narrow at levels with many.
-constexpr uint32_t kCoarseCells = 80, kCoarseFaces = 30;
+// How borders are cut anew at four kinds of levels: `coarse`, if a patch has up to kCoarseCells cells; `finer`,
+// if it has more, and a cell has `finer_faces` faces; `middle`, at the first cells; `fine`, at faces. Bands are
+// wide at levels with few cells, and narrow at levels with many.
+constexpr uint32_t kCoarseCells = 160;
+constexpr RecutOptions kNoCuts{0, 0};
 struct Recuts {
-  RecutOptions coarse, middle, fine;
+  uint32_t first_faces;  // of a first cell, about
+  uint32_t finer_faces;
+  RecutOptions coarse, finer, middle, fine;
 };
 
 // For patches of about `share` faces. Small patches have less spare room, so their borders take more rounds. In
 // large ones a band with the same share of the faces is wider, and more of the border is drawn in coarse cells,
-// which the paper's method does not have.
+// which the paper's method does not have. Of the largest, the border is about one point of a hundred: there it
+// pays to cut it coarsely.
 Recuts recuts_for(double share, PartitionMethod method) {
-  constexpr double kSmallPatch = 800, kLargePatch = 2400, kWidePatch = 4800;
-  if (share < kSmallPatch) return {{3, 4}, {2, 2}, {3, 2}};
-  if (share < kLargePatch || method == PartitionMethod::kPaper) return {{3, 4}, {1, 2}, {2, 2}};
+  constexpr double kSmallPatch = 800, kMiddlePatch = 2400, kLargePatch = 9600, kWidePatch = 4800;
+
+  if (share < kSmallPatch) return {8, 0, {3, 4}, kNoCuts, {2, 2}, {3, 2}};
+  if (method == PartitionMethod::kPaper) return {8, 0, {3, 4}, kNoCuts, {1, 2}, {2, 2}};
+  if (share < kMiddlePatch) return {16, 0, {3, 4}, kNoCuts, {1, 2}, {2, 2}};
   const double width = std::min(1.0, std::sqrt(kWidePatch / share));
-  return {{3, 3}, {1, 2 * width}, {1, 2 * width}};
+  if (share < kLargePatch) return {16, 30, {3, 3}, {3, 3}, {1, 2 * width}, {1, 2 * width}};
+  return {32, 60, {3, 3}, {1, 3}, {1, 2 * width}, {1, width}};
 }
 
 // No cell has more than this share of a patch's faces.
@@ -128,19 +134,20 @@ std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchS
   return limits;
 }
 
-// Numbers patches breadth-first over their neighbours, so that neighbours have similar numbers. Empty patches
-// get no number. Returns the number of patches.
-uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>& patch_of) {
+// Numbers for patches, breadth-first over their neighbours, so that these have similar numbers. Empty patches
+// get kNoCell.
+std::vector<uint32_t> neighbourly_numbers(const CellGraph& cells, std::span<const uint32_t> patch_of,
+                                          size_t patch_count) {
   std::vector<std::pair<uint32_t, uint32_t>> borders;
-  for (uint32_t face = 0; face < faces.cell_count(); ++face)
-    faces.for_each_link(face, [&](uint32_t next, uint32_t) {
-      const std::pair border(patch_of[face], patch_of[next]);
+  for (uint32_t cell = 0; cell < cells.cell_count(); ++cell)
+    cells.for_each_link(cell, [&](uint32_t next, uint32_t) {
+      const std::pair border(patch_of[cell], patch_of[next]);
       if (border.first != border.second && (borders.empty() || borders.back() != border))
         borders.push_back(border);
     });
   std::sort(borders.begin(), borders.end());
   borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
-  std::vector<uint32_t> number(upper, kNoCell), queue;
+  std::vector<uint32_t> number(patch_count, kNoCell), queue;
   uint32_t count = 0;
   for (const uint32_t start : patch_of) {
     if (number[start] != kNoCell) continue;
@@ -155,8 +162,7 @@ uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>&
         }
     }
   }
-  for (uint32_t& patch : patch_of) patch = number[patch];
-  return count;
+  return number;
 }
 
 // The patch of each cell of a level, from the patches of the next coarser level.
@@ -175,11 +181,12 @@ struct Start {
   std::vector<uint32_t> patch_of;     // of each cell of the coarsest level
 };
 
-Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const ThreadPool& pool) {
+Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, uint32_t first_faces,
+                      const ThreadPool& pool) {
   const double share = static_cast<double>(graph.cell_count()) / patch_count;
   const auto face_limit = static_cast<uint32_t>(std::max(kLargestCell * share, 1.0));
   Start start;
-  start.first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit, pool);
+  start.first_cells = grow_cells(graph, std::min(first_faces, face_limit), face_limit, pool);
   start.levels = coarsen(contract(graph, start.first_cells, pool), patch_count, face_limit, pool);
   const CellGraph& coarsest = start.levels.graphs.back();
   std::vector<PatchSet> sets = share_out(coarsest, share);
@@ -191,8 +198,8 @@ Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const Thread
 
 // The paper's patches are divided into cells again, so that borders are first refined in larger steps.
 Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
-                     const FaceGraph& graph, uint32_t patch_count, const PartitionOptions& options,
-                     const ThreadPool& pool) {
+                     const FaceGraph& graph, uint32_t patch_count, uint32_t first_faces,
+                     const PartitionOptions& options, const ThreadPool& pool) {
   const uint32_t face_count = graph.cell_count();
   constexpr uint64_t kSamplesPerPatch = 16;  // N of the paper's M x N samples for M patches
   const uint64_t samples = kSamplesPerPatch * patch_count;
@@ -213,7 +220,7 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   std::erase_if(within.extra, [&](const auto& link) { return is_between(link.face, link.other); });
   Start start;
   start.face_limits = face_limits(cells, sets);
-  start.first_cells = grow_cells(within, kFirstMembers, kNoCell, pool);
+  start.first_cells = grow_cells(within, first_faces, kNoCell, pool);
   start.levels.graphs.push_back(contract(graph, start.first_cells, pool));
   start.patch_of.resize(start.first_cells.count);
   for (uint32_t face = 0; face < face_count; ++face)
@@ -221,39 +228,38 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   return start;
 }
 
-// Faces in an order in which those of a patch are adjacent in memory, because they are used together.
-struct OrderedFaces {
-  std::vector<uint32_t> faces, patch_of;  // at each place
-  std::vector<uint32_t> limits;           // of each patch
+// Patches before their borders are cut at faces.
+struct CutCells {
+  std::vector<uint32_t> patch_of_face;
+  std::vector<uint32_t> limits;  // of each patch
 };
 
-// Cuts cells of faces, the largest first. Borders still run along the first cells.
-OrderedFaces cut_cells(Start start, uint32_t wanted, const Recuts& recuts, bool refine,
-                       const ThreadPool& pool) {
+// Cuts cells of faces, the largest first, and numbers the patches. Borders still run along the first cells.
+CutCells cut_cells(Start start, uint32_t wanted, const Recuts& recuts, bool refine, const ThreadPool& pool) {
   const Levels& levels = start.levels;
   std::vector<uint32_t>& patch_of = start.patch_of;
   const size_t face_count = start.first_cells.coarse_of.size();
-  const uint64_t most_coarse = std::max(uint64_t{kCoarseCells} * wanted, uint64_t{face_count / kCoarseFaces});
+  const auto options_for = [&](size_t level, uint64_t cell_count) {
+    if (level == 0 && !levels.coarse_of.empty()) return recuts.middle;
+    if (level == 0 || cell_count < uint64_t{kCoarseCells} * wanted) return recuts.coarse;
+    return cell_count * recuts.finer_faces < face_count ? recuts.finer : kNoCuts;
+  };
   for (size_t level = levels.coarse_of.size();; --level) {
     const CellGraph& cells = levels.graphs[level];
-    if (refine && (level == 0 || cells.cell_count() < most_coarse))
-      recut_borders(cells, start.face_limits,
-                    level == 0 && levels.coarse_of.size() > 0 ? recuts.middle : recuts.coarse, patch_of, pool);
+    const RecutOptions options = options_for(level, cells.cell_count());
+    if (refine && options.rounds > 0) recut_borders(cells, start.face_limits, options, patch_of, pool);
     if (level == 0) break;
     patch_of = project(levels.coarse_of[level - 1], patch_of);
   }
-  const Groups cells(patch_of, static_cast<uint32_t>(start.face_limits.size()));
-  const Groups cell_faces(start.first_cells.coarse_of, start.first_cells.count);
-  OrderedFaces ordered;
-  ordered.faces.reserve(face_count);
-  ordered.patch_of.reserve(face_count);
-  for (const uint32_t cell : cells.members)
-    for (uint32_t i = cell_faces.first[cell]; i < cell_faces.first[cell + 1]; ++i) {
-      ordered.faces.push_back(cell_faces.members[i]);
-      ordered.patch_of.push_back(patch_of[cell]);
-    }
-  ordered.limits = std::move(start.face_limits);
-  return ordered;
+  const std::vector<uint32_t> number =
+      neighbourly_numbers(levels.graphs[0], patch_of, start.face_limits.size());
+  CutCells cut;
+  cut.limits.resize(number.size() - static_cast<size_t>(std::ranges::count(number, kNoCell)));
+  for (size_t patch = 0; patch < number.size(); ++patch)
+    if (number[patch] != kNoCell) cut.limits[number[patch]] = start.face_limits[patch];
+  for (uint32_t& patch : patch_of) patch = number[patch];
+  cut.patch_of_face = project(start.first_cells.coarse_of, patch_of);
+  return cut;
 }
 
 // Calls `free_faces` when the faces are not needed any more. What is not needed is freed early here, too: this
@@ -275,15 +281,13 @@ Partition partition_of(Span<const std::array<uint32_t, 3>> faces, uint32_t verte
   FaceGraph graph = face_graph(faces, vertex_count, pool);
   const bool is_paper = options.method == PartitionMethod::kPaper;
   if (!is_paper) free_faces();
-  Start start = is_paper ? start_of_paper(faces, vertex_count, graph, wanted, options, pool)
-                         : start_in_levels(graph, wanted, pool);
-  OrderedFaces ordered = cut_cells(std::move(start), wanted, recuts, options.refine, pool);
-  graph = reorder(graph, ordered.faces, pool);
-  if (options.refine) recut_borders(graph, ordered.limits, recuts.fine, ordered.patch_of, pool);
-  partition.patch_count = renumber(graph, static_cast<uint32_t>(ordered.limits.size()), ordered.patch_of);
-  graph = FaceGraph();
-  partition.patch_of_face.resize(face_count);
-  for (size_t i = 0; i < face_count; ++i) partition.patch_of_face[ordered.faces[i]] = ordered.patch_of[i];
+  Start start = is_paper ? start_of_paper(faces, vertex_count, graph, wanted, recuts.first_faces, options, pool)
+                         : start_in_levels(graph, wanted, recuts.first_faces, pool);
+  CutCells cut = cut_cells(std::move(start), wanted, recuts, options.refine, pool);
+  if (options.refine) recut_borders(graph, cut.limits, recuts.fine, cut.patch_of_face, pool);
+  partition.patch_count = static_cast<uint32_t>(cut.limits.size());
+  partition.patch_of_face = std::move(cut.patch_of_face);
+  if (graph.extra.empty()) partition.neighbours = std::move(graph.neighbours);
   return partition;
 }
 

@@ -28,6 +28,9 @@ struct PartitionOptions {
 struct Partition {
   uint32_t patch_count = 0;             // every patch in [0, patch_count) has at least one face
   std::vector<uint32_t> patch_of_face;  // one per face
+  // The face across each side of a face, from vertex c to the next, or 0xffffffff. Empty if they were not
+  // searched, or some edge has more than two faces.
+  std::vector<std::array<uint32_t, 3>> neighbours;
 };
 
 // `faces` has corner-table vertices (welded by position), each below vertex_count. Any topology is allowed:

@@ -37,8 +37,7 @@ struct Division {
 template <typename Graph>
 class Recutter {
  public:
-  explicit Recutter(Division<Graph>& division)
-      : d_(division), place_(division.graph.cell_count(), kOutside), reached_(place_.size(), 0) {}
+  explicit Recutter(Division<Graph>& division) : d_(division), place_(division.graph.cell_count(), kOutside) {}
 
   // Returns whether anything has changed. Each round starts the band at another place of the border, because
   // the band may be too small for the whole border.
@@ -140,7 +139,9 @@ class Recutter {
   void forget_places() {
     for (const uint32_t cell : cells_) place_[cell] = kOutside;
     for (const RingCell& around : ring_) place_[around.cell] = kOutside;
+    for (const uint32_t cell : around_) place_[cell] = kOutside;
     ring_.clear();
+    around_.clear();
   }
 
   // A cell of the pair that is next to the band.
@@ -174,7 +175,7 @@ class Recutter {
     // Here the cut reduces the excess, or there is no excess.
     if (excess(now) == 0 && (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
       return Outcome::kUnchanged;
-    if (!apply_cut(pair, then, then != least_a)) return Outcome::kUnbalanced;
+    if (!apply_cut(pair, then != least_a)) return Outcome::kUnbalanced;
     d_.sizes[pair.a] = then;
     d_.sizes[pair.b] = both - then;
     return Outcome::kChanged;
@@ -229,8 +230,8 @@ class Recutter {
   }
 
   // Divides the band as the cut says, its free cells to patch a if `takes_free` holds. Undoes that and returns
-  // false if a patch is then not connected. `size_a` is the new size of patch a.
-  bool apply_cut(const BorderPair& pair, int64_t size_a, bool takes_free) {
+  // false if a patch is then not connected.
+  bool apply_cut(const BorderPair& pair, bool takes_free) {
     is_in_a_.clear();
     for (uint32_t i = 0; i < cells_.size(); ++i)
       is_in_a_.push_back(cut_.side(i) == BandCut::Side::kSource ||
@@ -238,27 +239,51 @@ class Recutter {
     for (const RingCell& around : ring_) is_in_a_.push_back(around.is_in_a);
     for (uint32_t i = 0; i < cells_.size(); ++i)
       store_shared(d_.patch_of[cells_[i]], is_in_a_[i] != 0 ? pair.a : pair.b);
-    if (are_connected(pair, size_a)) return true;
+    if (are_connected(pair)) return true;
     for (uint32_t i = 0; i < cells_.size(); ++i)
       store_shared(d_.patch_of[cells_[i]], i < count_a_ ? pair.a : pair.b);
     return false;
   }
 
-  // Whether two patches that were connected still are. They are, if the cells of each in the band and the ring
-  // are connected. Otherwise the whole patch is searched.
-  bool are_connected(const BorderPair& pair, int64_t size_a) {
-    const auto cell_at = [&](size_t place) {
-      return place < cells_.size() ? cells_[place] : ring_[place - cells_.size()].cell;
-    };
+  // Whether two patches that were connected still are: each in the band and the ring, or by ways around them.
+  bool are_connected(const BorderPair& pair) {
     join_nearby();
-    const auto is_connected = [&](uint8_t in_a, uint32_t patch, int64_t faces) {
-      const auto first = std::find(is_in_a_.begin(), is_in_a_.end(), in_a);
-      return first != is_in_a_.end() &&
-             (component_count_[in_a] == 1 ||
-              is_whole(cell_at(static_cast<size_t>(first - is_in_a_.begin())), patch, faces));
+    const auto is_connected = [&](uint8_t in_a, uint32_t patch) {
+      return component_count_[in_a] == 1 || (component_count_[in_a] > 1 && join_around(in_a, patch));
     };
-    return is_connected(1, pair.a, size_a) &&
-           is_connected(0, pair.b, d_.sizes[pair.a] + d_.sizes[pair.b] - size_a);
+    return is_connected(1, pair.a) && is_connected(0, pair.b);
+  }
+
+  uint32_t root(uint32_t at) {
+    while (up_[at] != at) at = up_[at] = up_[up_[at]];
+    return at;
+  }
+  void join(uint32_t x, uint32_t y) {
+    if (is_in_a_[x] != is_in_a_[y]) return;
+    const uint32_t root_x = root(x), root_y = root(y);
+    if (root_x == root_y) return;
+    up_[std::max(root_x, root_y)] = std::min(root_x, root_y);
+    --component_count_[is_in_a_[x]];
+  }
+
+  // Joins components of a patch that its other cells connect, and searches these from the ring on, all sides at
+  // once. They get the places of the ring's cells that they are reached from. Returns whether one component is
+  // left.
+  bool join_around(uint8_t in_a, uint32_t patch) {
+    queue_.clear();
+    for (const RingCell& cell : ring_)
+      if (is_in_a_[place_[cell.cell]] == in_a) queue_.push_back(cell.cell);
+    for (size_t i = 0; i < queue_.size() && component_count_[in_a] > 1; ++i) {
+      const uint32_t own = place_[queue_[i]];
+      d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
+        if (load_shared(d_.patch_of[next]) != patch) return;
+        if (place_[next] != kOutside) return join(own, place_[next]);
+        place_[next] = own;
+        queue_.push_back(next);
+        around_.push_back(next);
+      });
+    }
+    return component_count_[in_a] == 1;
   }
 
   // Counts the components of each patch among the places of the band and the ring.
@@ -267,17 +292,6 @@ class Recutter {
     for (const uint8_t in_a : is_in_a_) ++component_count_[in_a];
     up_.resize(is_in_a_.size());
     std::iota(up_.begin(), up_.end(), 0u);
-    const auto root = [&](uint32_t at) {
-      while (up_[at] != at) at = up_[at] = up_[up_[at]];
-      return at;
-    };
-    const auto join = [&](uint32_t x, uint32_t y) {
-      if (is_in_a_[x] != is_in_a_[y]) return;
-      const uint32_t root_x = root(x), root_y = root(y);
-      if (root_x == root_y) return;
-      up_[std::max(root_x, root_y)] = std::min(root_x, root_y);
-      --component_count_[is_in_a_[x]];
-    };
     for (uint32_t i = 0; i < cells_.size(); ++i)
       cut_.for_each_link(i, [&](uint32_t other) {
         if (other < i) join(other, i);
@@ -293,6 +307,7 @@ class Recutter {
   // Whether `faces` faces of a patch, its own size, are connected to one of its cells.
   bool is_whole(uint32_t start, uint32_t patch, int64_t faces) {
     queue_.assign(1, start);
+    reached_.resize(place_.size());
     reached_[start] = ++walk_;
     for (size_t i = 0; i < queue_.size(); ++i) {
       faces -= d_.graph.face_count(queue_[i]);
@@ -316,7 +331,9 @@ class Recutter {
   std::vector<uint8_t> is_in_a_;  // of each place, after the cut
   std::vector<uint32_t> up_;      // of each place one of the same component; itself if it is the lowest
   std::array<uint32_t, 2> component_count_{};  // of patches b and a, among the places
-  std::vector<uint32_t> queue_, reached_;      // of is_whole
+  std::vector<uint32_t> around_;               // cells beyond the ring that have places
+  std::vector<uint32_t> queue_;
+  std::vector<uint32_t> reached_;  // of each cell, the last walk of is_whole that did; empty before the first
   uint32_t walk_ = 0;
 };
 

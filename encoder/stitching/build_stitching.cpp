@@ -11,9 +11,9 @@ namespace {
 constexpr uint32_t kNone = PointOwner::kNone;
 
 // The length of the run from walk[begin] on: as long as the owner's walk continues in the same direction.
-uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream,
-                    std::span<const PointOwner> owners, std::span<const uint8_t> is_reference, size_t begin,
-                    bool forward) {
+uint32_t run_length(const OwnedStream& stream, std::span<const PointOwner> owners,
+                    std::span<const uint8_t> is_reference, size_t begin, bool forward) {
+  const std::vector<uint32_t>& walk = stream.walk;
   const PointOwner& first = owners[stream.points[walk[begin]]];
   uint32_t length = 1;
   for (; begin + length < walk.size(); ++length) {
@@ -33,18 +33,18 @@ struct LeastLengths {
   uint32_t own = 1, others = 1;
 };
 
-StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
-                    std::span<const PointOwner> owners, std::vector<uint8_t> is_reference,
-                    const LeastLengths& least) {
+StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const PointOwner> owners,
+                    std::vector<uint8_t> is_reference, const LeastLengths& least) {
   StitchMap map;
+  const std::vector<uint32_t>& walk = stream.walk;
   for (size_t i = 0; i < walk.size();) {
     const PointOwner& owner = owners[stream.points[walk[i]]];
     if (!is_reference[walk[i]] || owner.walk_place == kNone) {
       ++i;
       continue;
     }
-    const uint32_t backward = run_length(walk, stream, owners, is_reference, i, false);
-    const uint32_t forward = run_length(walk, stream, owners, is_reference, i, true);
+    const uint32_t backward = run_length(stream, owners, is_reference, i, false);
+    const uint32_t forward = run_length(stream, owners, is_reference, i, true);
     const bool goes_forward = forward > backward;
     const uint32_t length = goes_forward ? forward : backward;
     if (length < (owner.stream == number ? least.own : least.others)) {
@@ -67,11 +67,11 @@ StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const 
 
 // The shortest encoding over all choices of least lengths. Usually all runs are long, and there is only one
 // choice.
-std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
+std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number,
                                    std::span<const PointOwner> owners,
                                    const std::vector<uint8_t>& is_reference) {
   const auto point_count = static_cast<uint32_t>(stream.points.size());
-  const StitchMap all_runs = build_map(stream, number, walk, owners, is_reference, {});
+  const StitchMap all_runs = build_map(stream, number, owners, is_reference, {});
   std::vector<uint8_t> shortest = write_stitch_map(all_runs, number, point_count);
   LeastLengths shortest_runs = {kNone, kNone};
   for (const StitchRun& run : all_runs.runs) {
@@ -84,7 +84,7 @@ std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, s
       const bool changes_own = own > shortest_runs.own, changes_others = others > shortest_runs.others;
       if ((own > 1 && !changes_own) || (others > 1 && !changes_others) || (!changes_own && !changes_others))
         continue;
-      const StitchMap map = build_map(stream, number, walk, owners, is_reference, {own, others});
+      const StitchMap map = build_map(stream, number, owners, is_reference, {own, others});
       std::vector<uint8_t> part = write_stitch_map(map, number, point_count);
       if (part.size() <= shortest.size()) shortest = std::move(part);
     }
@@ -96,12 +96,6 @@ std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, s
 Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t first_stream,
                           std::span<PointOwner> owners, const ThreadPool& pool) {
   const size_t count = streams.size();
-  std::vector<std::vector<uint32_t>> walks(count);
-  pool.for_each(count, [&](size_t i) {
-    if (!streams[i].is_residue)
-      walks[i] = border_walk(streams[i].faces, static_cast<uint32_t>(streams[i].points.size()));
-  });
-
   Stitching stitching;
   stitching.reference_counts.resize(count);
   stitching.source_point.reserve(owners.size());
@@ -120,15 +114,16 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t first_s
       }
     }
     // Only a decoded point that its stream owns can be the target of a run.
-    for (uint32_t place = 0; place < walks[i].size(); ++place)
-      if (!is_reference[i][walks[i][place]]) owners[streams[i].points[walks[i][place]]].walk_place = place;
+    const std::vector<uint32_t>& walk = streams[i].walk;
+    for (uint32_t place = 0; place < walk.size(); ++place)
+      if (!is_reference[i][walk[place]]) owners[streams[i].points[walk[place]]].walk_place = place;
   }
 
   stitching.maps.resize(count);
   pool.for_each(count, [&](size_t i) {
     if (stitching.reference_counts[i] > 0)
       stitching.maps[i] =
-          shortest_part(streams[i], first_stream + static_cast<uint32_t>(i), walks[i], owners, is_reference[i]);
+          shortest_part(streams[i], first_stream + static_cast<uint32_t>(i), owners, is_reference[i]);
   });
   return stitching;
 }

@@ -10,11 +10,10 @@
 
 namespace psplit {
 
-// A stream as its decoder returns it, with the mesh's point for each decoded point.
+// A stream as its decoder returns it.
 struct OwnedStream {
-  std::span<const Face> faces;
-  std::vector<uint32_t> points;  // mesh point of each decoded point
-  bool is_residue = false;
+  std::vector<uint32_t> points;  // the mesh's point for each decoded point
+  std::vector<uint32_t> walk;    // its border (border_walk); none of the residue
 };
 
 // The stream that owns a point of the mesh.

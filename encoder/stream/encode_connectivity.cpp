@@ -64,7 +64,7 @@ class ConnectivityEncoder {
       for (uint32_t point = 0; point < mesh_.point_count; ++point) points[point] = point;
       vertex_of_point = points;
     }
-    SourceTable table(mesh_.faces, vertex_of_point, mesh_.point_count);
+    SourceTable table(mesh_.faces, vertex_of_point, mesh_.point_count, mesh_.neighbours);
     if (table.flat_count() == table.face_count()) return invalid_input("all faces use a vertex twice");
     Traversal traversal = traverse_faces(table);
     DracoFields& fields = out_.fields;

@@ -28,6 +28,7 @@ struct SourceMesh {
   // each point a number of its value. Those of POSITION are below point_count; the others may be any. Equal
   // numbers are equal values.
   std::span<const std::span<const uint32_t>> values;
+  std::span<const std::array<uint32_t, 3>> neighbours{};  // as PatchMesh has them, or empty
 };
 
 // What libdraco's encoder does at a speed.

@@ -12,10 +12,15 @@ namespace psplit {
 
 // A part of a welded mesh. Its points have numbers of their own, from 0.
 struct PatchMesh {
+  static constexpr uint32_t kNoFace = 0xffffffffu;
+
   std::vector<uint32_t> points;                // points of the mesh
   std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
   // If not empty, the points of the mesh whose values are stored for those of `points`.
   std::vector<uint32_t> value_points;
+  // If not empty: for each face and side, from corner c to the next, the only other face with the edge, or
+  // kNoFace.
+  std::vector<std::array<uint32_t, 3>> neighbours{};
 
   const std::vector<uint32_t>& points_of_values() const { return value_points.empty() ? points : value_points; }
 };
@@ -37,6 +42,7 @@ struct EncodedPatch {
   Mesh decoded;
   // For each decoded point the patch's point. A point occurs more than once if Edgebreaker has to split it.
   std::vector<uint32_t> patch_point;
+  std::vector<uint32_t> walk;  // of its border, by decoded points (border_walk)
 };
 
 }  // namespace psplit

@@ -88,7 +88,8 @@ class FanEnds {
 }  // namespace
 
 SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
-                         std::span<const uint32_t> vertex_of_point, uint32_t vertex_limit)
+                         std::span<const uint32_t> vertex_of_point, uint32_t vertex_limit,
+                         std::span<const std::array<uint32_t, 3>> neighbours)
     : face_count_(static_cast<uint32_t>(faces.size())), faces_(new Face[faces.size() + 1]) {
   const uint32_t none = no_corner();
   for (size_t i = 0; i < faces.size(); ++i) {
@@ -101,9 +102,34 @@ SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
     face.fans_seen = 0b111;
   }
   faces_[face_count_] = {{}, Face::kSeen, {none, none, none}, 0b111};
-  if (const std::vector<bool> may_fold = link_faces(vertex_limit); !may_fold.empty())
-    break_folds(may_fold, vertex_limit);
+  if (neighbours.empty() || !link_neighbours(neighbours))
+    if (const std::vector<bool> may_fold = link_faces(vertex_limit); !may_fold.empty())
+      break_folds(may_fold, vertex_limit);
   separate_fans(vertex_limit);
+}
+
+// Does what link_faces does where no edge has more than two faces, and these have it in opposite directions and
+// are not one face upside down. Returns false, and links none, if some have not. An edge whose faces have other
+// vertices at its ends is no link.
+bool SourceTable::link_neighbours(std::span<const std::array<uint32_t, 3>> neighbours) {
+  for (uint32_t i = 0; i < face_count_; ++i)
+    for (uint32_t c = 0; c < 3; ++c) {
+      const uint32_t other = neighbours[i][c];
+      if (other >= i) continue;  // both faces are known at the later one, or there is no other
+      const uint32_t from = faces_[i].vertex[c], to = faces_[i].vertex[core::next(c)], apex = core::previous(c);
+      Face& across = faces_[other];
+      for (uint32_t k = 0; k < 3; ++k) {
+        const uint32_t a = across.vertex[core::next(k)], b = across.vertex[core::previous(k)];
+        if (a == to && b == from && across.vertex[k] != faces_[i].vertex[apex]) {
+          faces_[i].opposite[apex] = 4 * other + k;
+          across.opposite[k] = 4 * i + apex;
+        } else if ((a == from && b == to) || (a == to && b == from)) {
+          for (uint32_t f = 0; f < face_count_; ++f) std::ranges::fill(faces_[f].opposite, no_corner());
+          return false;
+        }
+      }
+    }
+  return true;
 }
 
 // Links each edge to the first edge that runs the other way, is not linked yet, and does not belong to the same

@@ -35,9 +35,9 @@ class SourceTable {
   enum VertexState : uint8_t { kInside, kBorder, kMet };
 
   // `vertex_of_point` has numbers below `vertex_limit` for the points of the faces. Faces number fewer than
-  // core::kMaxFaces.
+  // core::kMaxFaces. `neighbours` are those of a PatchMesh, or empty. Points with one number have one position.
   SourceTable(std::span<const std::array<uint32_t, 3>> faces, std::span<const uint32_t> vertex_of_point,
-              uint32_t vertex_limit);
+              uint32_t vertex_limit, std::span<const std::array<uint32_t, 3>> neighbours);
 
   uint32_t face_count() const { return face_count_; }  // with flat ones
   uint32_t flat_count() const { return flat_count_; }
@@ -62,6 +62,7 @@ class SourceTable {
   }
 
  private:
+  bool link_neighbours(std::span<const std::array<uint32_t, 3>> neighbours);
   std::vector<bool> link_faces(uint32_t vertex_limit);
   void break_folds(const std::vector<bool>& may_fold, uint32_t vertex_limit);
   void separate_fans(uint32_t vertex_limit);

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "encoder/stream/encode_stream.h"
+#include "src/container/claims.h"
+#include "src/core/border_walk.h"
 
 namespace psplit {
 namespace {
@@ -41,6 +44,17 @@ void list_points(const EncodedConnectivity& connectivity, EncodedPatch& out) {
     }
 }
 
+// The border, as a decoder walks it.
+Status list_border(const EncodedConnectivity& connectivity, EncodedPatch& out) {
+  const size_t size = core::border_walk_bytes<uint32_t>(connectivity.patch.point_count);
+  const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
+  core::Arena arena(memory.get(), size);
+  core::View<uint32_t> walk;
+  const core::Fault fault = core::walk_border(connectivity.patch, arena, walk);
+  out.walk.assign(walk.data(), walk.data() + walk.size());
+  return status_of(fault);
+}
+
 // Decodes a stream whose mesh is known except for its values.
 Status decode_values(const Mesh& mesh, EncodedPatch& out) {
   Expected<Mesh> decoded = decode_stream(mesh, out.bytes);
@@ -66,7 +80,8 @@ Expected<EncodedConnectivity> connect_patch(const WeldedMesh& welded, const Patc
   }
   values[0] = small_numbers(std::move(values[0]));
   const std::vector<std::span<const uint32_t>> spans(values.begin(), values.end());
-  return encode_connectivity({static_cast<uint32_t>(patch.points.size()), patch.faces, spans}, choices);
+  return encode_connectivity({static_cast<uint32_t>(patch.points.size()), patch.faces, spans, patch.neighbours},
+                             choices);
 }
 
 Expected<std::vector<uint8_t>> write_stream(EncodedConnectivity& connectivity, EncodedAttributes attributes,
@@ -94,6 +109,7 @@ Expected<EncodedPatch> describe_stream(const WeldedMesh& welded, const EncodedCo
   out.bytes = std::move(bytes);
   out.table_bytes = connectivity.table_bytes;
   list_points(connectivity, out);
+  if (Status status = list_border(connectivity, out); !status.ok()) return status;
   if (with_values)
     if (Status status = decode_values(*welded.mesh, out); !status.ok()) return status;
   return out;

@@ -19,7 +19,7 @@ namespace psplit {
 namespace {
 
 Stitching stitch_to_itself(const EncodedPiece& stream, const ThreadPool& pool) {
-  const OwnedStream owned{stream.decoded.faces, stream.source_point};
+  const OwnedStream owned{stream.source_point, border_walk(stream.decoded.faces, stream.decoded.point_count)};
   std::vector<PointOwner> owners(*std::ranges::max_element(stream.source_point) + size_t{1});
   return build_stitching({&owned, 1}, 0, owners, pool);
 }

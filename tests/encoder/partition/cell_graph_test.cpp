@@ -48,16 +48,6 @@ TEST(FaceGraph, TakesAnEdgeOfManyFacesInTimeAndSpaceOfTheirNumber) {
   EXPECT_EQ(neighbours(graph, 99999), (std::vector<uint32_t>{99998}));
 }
 
-TEST(FaceGraph, KeepsItsLinksInAnotherOrder) {
-  const FaceGraph graph = graph_of({{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 2, 5}}, 6);
-  const std::vector<uint32_t> order{2, 0, 3, 1};  // so that face 0 is at 1, 1 at 3, 2 at 0 and 3 at 2
-  const FaceGraph reordered = reorder(graph, order, ThreadPool(2));
-  EXPECT_EQ(neighbours(graph, 1), (std::vector<uint32_t>{0, 2}));
-  EXPECT_EQ(neighbours(reordered, 3), (std::vector<uint32_t>{0, 1}));
-  EXPECT_EQ(neighbours(reordered, 1), (std::vector<uint32_t>{2, 3}));
-  EXPECT_EQ(neighbours(reordered, 0), (std::vector<uint32_t>{3}));
-}
-
 TEST(FaceGraph, HasNoLinkFromAFaceToItself) {
   const FaceGraph graph = graph_of({{0, 0, 0}, {0, 0, 1}, {1, 2, 2}}, 3);
   for (uint32_t face = 0; face < 3; ++face)

@@ -4,9 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "encoder/libdraco/patch_stream.h"
+#include "encoder/partition/cell_graph.h"
+#include "encoder/welding/reduce.h"
 #include "tests/encoder/stream/random_soup.h"
 #include "tests/support/default_codings.h"
 #include "tests/support/procedural_meshes.h"
@@ -16,8 +21,20 @@ namespace psplit {
 namespace {
 
 struct Counts {
-  size_t same = 0, refused = 0;
+  size_t same = 0, refused = 0, with_neighbours = 0;
 };
+
+// The neighbours of the faces; empty if the partition would give none.
+std::vector<std::array<uint32_t, 3>> neighbours_of(const WeldedMesh& welded, const PatchMesh& patch) {
+  const auto positions = static_cast<size_t>(welded.mesh->find("POSITION") - welded.mesh->attributes.data());
+  std::vector<std::array<uint32_t, 3>> faces = patch.faces;
+  for (auto& face : faces) {
+    for (uint32_t& point : face) point = welded.value_of_point[positions][patch.points[point]];
+    if (repeats_a_point(face)) return {};
+  }
+  FaceGraph graph = face_graph(faces, welded.mesh->point_count, ThreadPool(1));
+  return graph.extra.empty() ? std::move(graph.neighbours) : std::vector<std::array<uint32_t, 3>>();
+}
 
 void compare(const WeldedMesh& welded, const PatchMesh& patch, const std::vector<AttributeCoding>& codings,
              int speed, Counts& counts) {
@@ -30,6 +47,7 @@ void compare(const WeldedMesh& welded, const PatchMesh& patch, const std::vector
   ASSERT_EQ(ours->bytes, reference->bytes) << "from byte " << different.in1 - ours->bytes.begin();
   EXPECT_EQ(ours->decoded.point_count, reference->decoded.point_count);
   EXPECT_EQ(ours->decoded.faces, reference->decoded.faces);
+  EXPECT_EQ(ours->walk, reference->walk);
   ASSERT_EQ(ours->decoded.attributes.size(), reference->decoded.attributes.size());
   for (size_t i = 0; i < ours->decoded.attributes.size(); ++i) {
     const Attribute &a = ours->decoded.attributes[i], &b = reference->decoded.attributes[i];
@@ -41,6 +59,14 @@ void compare(const WeldedMesh& welded, const PatchMesh& patch, const std::vector
     const uint32_t a = patch.points[ours->patch_point[i]], b = patch.points[reference->patch_point[i]];
     for (const std::vector<uint32_t>& value : welded.value_of_point) EXPECT_EQ(value[a], value[b]);
   }
+  PatchMesh linked = patch;
+  linked.neighbours = neighbours_of(welded, patch);
+  if (linked.neighbours.empty()) return;
+  ++counts.with_neighbours;
+  const Expected<EncodedPatch> same = encode_stream(welded, linked, codings, speed, false);
+  ASSERT_TRUE(same.ok()) << same.status().to_string();
+  EXPECT_EQ(same->bytes, ours->bytes);
+  EXPECT_EQ(same->patch_point, ours->patch_point);
 }
 
 TEST(EncodeStream, MeshesAreAsByLibdraco) {
@@ -58,6 +84,7 @@ TEST(EncodeStream, MeshesAreAsByLibdraco) {
       }
   }
   EXPECT_GT(counts.same, 500u);
+  EXPECT_GT(counts.with_neighbours, 300u);
   RecordProperty("same", static_cast<int>(counts.same));
 }
 
@@ -73,6 +100,7 @@ TEST(EncodeStream, RandomMeshesAreAsByLibdraco) {
     if (testing::Test::HasFatalFailure()) return;
   }
   EXPECT_GT(counts.same, count / 2);
+  EXPECT_GT(counts.with_neighbours, count / 10);
   RecordProperty("same", static_cast<int>(counts.same));
 }
 
