@@ -161,7 +161,7 @@ static class Tests
             Check(decoded.Indices.Length == 3 * 1222 && decoded.Indices.All(index => index < 663));
             var positions = decoded.GetValues<float>(decoded.Find("POSITION"));
             Equal(positions.Length, 3 * 663);
-            Check(Math.Abs(positions[0] - 0.101913) < 1e-6);
+            Check(Math.Abs(positions[0] + 0.636158) < 1e-6);
             Throws<ArgumentException>(() => decoded.GetValues<double>(0));
             foreach (var run in new[] { null, new RunOptions { Pool = pool } })
             {
