@@ -40,7 +40,7 @@ Recuts recuts_for(double share, PartitionMethod method) {
   if (method == PartitionMethod::kPaper) return {8, 0, {3, 4}, kNoCuts, {1, 2}, {2, 2}};
   if (share < kMiddlePatch) return {16, 0, {3, 4}, kNoCuts, {1, 2}, {2, 2}};
   const double width = std::min(1.0, std::sqrt(kWidePatch / share));
-  if (share < kLargePatch) return {16, 30, {3, 3}, {3, 3}, {1, 2 * width}, {1, 2 * width}};
+  if (share < kLargePatch) return {16, 30, {3, 3}, {3, 3}, {2, 2 * width}, {1, 2 * width}};
   return {32, 60, {3, 3}, {1, 3}, {1, 2 * width}, {1, width}};
 }
 
