@@ -1,4 +1,4 @@
-// libdraco for Python, as the module draco_reference: what the package psplit is compared with in tests, and
+// libdraco for Python, as the module draco_reference: what the package gltf_psplit is compared with in tests, and
 // measured against in bindings/python/benchmark.py.
 #include <draco/compression/decode.h>
 #include <pybind11/numpy.h>

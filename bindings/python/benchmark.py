@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Measures psplit.decode beside libdraco in Python, and beside psplit's decoder in C++:
+"""Measures gltf_psplit.decode beside libdraco in Python, and beside psplit's decoder in C++:
 
   bindings/python/benchmark.py [--build FOLDER] [--mesh FILE.ply[.gz]] [--rounds N] [--level L]
 
 --build is a build with -DPSPLIT_BUILD_PYTHON=ON and the target draco_reference, whose python/ has both modules. The mesh is
 encoded with Debian's draco_encoder. Rows:
 
-  psplit        psplit.decode
+  psplit        gltf_psplit.decode
   C++           psplit's decode_geometry, without Python
   DracoPy       libdraco in DracoPy's manner: each value is copied into a std::vector, Cython makes a list of Python's
                 numbers of each vector, and numpy an array of each list
@@ -33,8 +33,8 @@ parser.add_argument("--level", type=int, default=7, help="draco_encoder's compre
 options = parser.parse_args()
 sys.path.insert(0, str(options.build / "python"))
 import draco_reference
+import gltf_psplit
 import numpy as np
-import psplit
 
 
 def encoded(mesh):
@@ -54,7 +54,7 @@ def pieces(mesh, face_count, count):
     made = []
     for first in np.linspace(0, len(mesh.faces) - face_count, count).astype(int):
         used, faces = np.unique(mesh.faces[first:first + face_count], return_inverse=True)
-        made.append(psplit.encode(mesh.points[used], faces.reshape(-1, 3), compression_level=options.level))
+        made.append(gltf_psplit.encode(mesh.points[used], faces.reshape(-1, 3), compression_level=options.level))
     return made
 
 
@@ -73,13 +73,13 @@ def seconds(call, streams):
     return spent
 
 
-ways = {"psplit": psplit.decode, "C++": draco_reference.decode_in_cpp, "DracoPy": dracopy,
+ways = {"psplit": gltf_psplit.decode, "C++": draco_reference.decode_in_cpp, "DracoPy": dracopy,
         "libdraco": draco_reference.decode_to_arrays}
 
 
 def measure(what, streams):
     for stream in streams[:3]:
-        mesh, (faces, points) = psplit.decode(stream), draco_reference.decode_to_arrays(stream)
+        mesh, (faces, points) = gltf_psplit.decode(stream), draco_reference.decode_to_arrays(stream)
         assert np.array_equal(mesh.faces, faces) and mesh.points.tobytes() == points.tobytes()
     least = {way: float("inf") for way in ways}
     for _ in range(options.rounds):
@@ -91,6 +91,6 @@ def measure(what, streams):
 
 
 stream = encoded(options.mesh)
-mesh = psplit.decode(stream)
+mesh = gltf_psplit.decode(stream)
 measure(f"{options.mesh.name.split('.')[0]}: {len(mesh.faces):,} faces, {mesh.point_count:,} points", [stream])
 measure("A piece of 2,000 faces, the mean of 100", pieces(mesh, 2000, 100))

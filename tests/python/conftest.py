@@ -9,8 +9,8 @@ import os
 import pathlib
 import subprocess
 
+import gltf_psplit
 import numpy as np
-import psplit
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -22,7 +22,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    if hasattr(psplit._native, "encode"):
+    if hasattr(gltf_psplit._native, "encode"):
         return
     for item in items:
         if item.get_closest_marker("decoder") is None:
@@ -92,20 +92,20 @@ def stream():
     """A Draco stream with positions, normals, texture coordinates and colours."""
     points, faces, normals, tex_coord = torus(30, 40)
     colors = (np.abs(normals) * 255).astype(np.uint8)
-    return psplit.encode(points, faces, normals=normals, tex_coord=tex_coord, colors=colors)
+    return gltf_psplit.encode(points, faces, normals=normals, tex_coord=tex_coord, colors=colors)
 
 
 @pytest.fixture(scope="session")
 def container():
     points, faces, normals, _ = torus(60, 80)
-    return psplit.encode_container(points, faces, patches=5, normals=normals)
+    return gltf_psplit.encode_container(points, faces, patches=5, normals=normals)
 
 
 @pytest.fixture(scope="session")
 def large_stream():
     """A stream that takes tens of milliseconds to decode."""
     points, faces, *_ = torus(500, 500)
-    return psplit.encode(points, faces)
+    return gltf_psplit.encode(points, faces)
 
 
 def expect_libdraco(reference, mesh, stream, quantized=False):

@@ -43,7 +43,7 @@ py::array owning_array(Values&& values, const py::dtype& type, std::vector<size_
 py::object exception_of(const Status& status) {
   const Place& place = status.place();
   const auto known = [](int64_t index) { return index < 0 ? py::object(py::none()) : py::int_(index); };
-  return py::module_::import("psplit._errors")
+  return py::module_::import("gltf_psplit._errors")
       .attr("error_of")(code_name(status.code()), status.to_string(), known(place.patch), known(place.mesh),
                         known(place.primitive));
 }

@@ -19,7 +19,7 @@ namespace psplit::python {
 
 namespace py = pybind11;
 
-// What a failed call raises. throw_if_failed throws it; the module's translator makes psplit.Error of it.
+// What a failed call raises. throw_if_failed throws it; the module's translator makes gltf_psplit.Error of it.
 struct StatusError {
   Status status;
 };

@@ -124,7 +124,7 @@ class Asset:
         return instances
 
     def __repr__(self) -> str:
-        return f"<psplit.Asset: {len(self.meshes)} meshes, {sum(len(mesh.primitives) for mesh in self.meshes)} primitives>"
+        return f"<gltf_psplit.Asset: {len(self.meshes)} meshes, {sum(len(mesh.primitives) for mesh in self.meshes)} primitives>"
 
 
 def matrix_of(node: Dict[str, Any]) -> np.ndarray:
@@ -154,11 +154,11 @@ def load(source: BytesLike, *, threads: int = 0, return_exceptions: bool = False
 
     Raises:
         InvalidInputError, UnsupportedError: with `mesh`, `primitive` and `patch`, as far as they are known.
-        UnsupportedError: this psplit was built without its encoder; `decode_primitive` works without.
+        UnsupportedError: this package was built without its encoder; `decode_primitive` works without.
         OSError: the file cannot be read. Error with the code "io": one of its buffers cannot be read.
     """
     if not hasattr(_native, "Asset"):
-        raise UnsupportedError("this psplit was built without its encoder, which psplit.load needs; psplit.decode_primitive "
+        raise UnsupportedError("this package was built without its encoder, which gltf_psplit.load needs; gltf_psplit.decode_primitive "
                                "decodes a primitive of an asset whose JSON was read by others")
     if isinstance(source, (str, os.PathLike)):
         with open(source, "rb"):  # raises what Python's programs expect

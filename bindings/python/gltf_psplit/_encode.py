@@ -59,7 +59,7 @@ def encode(points: Any, faces: Any = None, quantization_bits: int = 14, compress
     Raises:
         NotImplementedError: point clouds (faces=None), integer points of 24 bits or more.
         InvalidInputError: indices out of range, points outside of the cube, no faces.
-        UnsupportedError: this psplit was built without its encoder.
+        UnsupportedError: this package was built without its encoder.
         ValueError: arrays of another shape, numbers out of range.
 
     Warns (`UserWarning`) of what the given bits lose. The interpreter's lock is released, and Ctrl-C stops the work.
@@ -125,7 +125,7 @@ def _with_metadata(stream: bytes, entries: Dict[str, bytes]) -> bytes:
 def _arrays_of(points: Any, faces: Any, colors: Any, tex_coord: Any,
                normals: Any) -> Tuple[np.ndarray, List[Tuple[str, np.ndarray, bool]]]:
     if not hasattr(_native, "encode"):
-        raise UnsupportedError("this psplit was built without its encoder")
+        raise UnsupportedError("this package was built without its encoder")
     if faces is None:
         raise NotImplementedError("psplit encodes meshes; it decodes point clouds, but does not encode them")
     faces = _array(faces, "faces", (3,))

@@ -50,14 +50,14 @@ def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
         return Mesh(*_native.decode(data, quantized, out))
     if is_container(data):
         raise Error("this is a container of PSPLIT_mesh_draco_patches, whose attributes are in the JSON of its asset: "
-                    "psplit.load decodes an asset, psplit.decode_container a container with that JSON", code="usage")
+                    "gltf_psplit.load decodes an asset, gltf_psplit.decode_container a container with that JSON", code="usage")
     if not is_gltf(data):
         raise InvalidInputError("neither a Draco stream nor glTF")
     if quantized or out is not None:
         raise Error("quantized and out are for Draco streams, and this is glTF", code="usage")
     primitives = [primitive for mesh in load(source, threads=threads).meshes for primitive in mesh.primitives]
     if len(primitives) != 1:
-        raise Error(f"the asset has {len(primitives)} primitives; psplit.load gives all of them", code="usage")
+        raise Error(f"the asset has {len(primitives)} primitives; gltf_psplit.load gives all of them", code="usage")
     return primitives[0]
 
 

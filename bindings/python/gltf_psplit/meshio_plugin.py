@@ -1,11 +1,11 @@
 """Lets meshio read and write Draco files.
 
-    import psplit.meshio_plugin
-    psplit.meshio_plugin.register()
+    import gltf_psplit.meshio_plugin
+    gltf_psplit.meshio_plugin.register()
     mesh = meshio.read("bunny.drc")
 
 Attributes but the positions are point data by their names in glTF. Faces are cells "triangle"; the points of a point cloud
-are cells "vertex". Writing needs psplit's encoder, and takes the parameters of `psplit.encode`.
+are cells "vertex". Writing needs psplit's encoder, and takes the parameters of `gltf_psplit.encode`.
 """
 from __future__ import annotations
 

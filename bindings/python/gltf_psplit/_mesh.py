@@ -31,7 +31,7 @@ class Metadata:
         return name in self.entries
 
     def __repr__(self) -> str:
-        return f"psplit.Metadata({sorted(self.entries)}, parts={sorted(self._parts)})"
+        return f"gltf_psplit.Metadata({sorted(self.entries)}, parts={sorted(self._parts)})"
 
 
 class Attribute:
@@ -66,7 +66,7 @@ class Attribute:
         self.metadata = metadata
 
     def __repr__(self) -> str:
-        return f"<psplit.Attribute {self.name}: {self.values.dtype} {self.values.shape}>"
+        return f"<gltf_psplit.Attribute {self.name}: {self.values.dtype} {self.values.shape}>"
 
 
 class Mesh:
@@ -151,4 +151,4 @@ class Mesh:
 
     def __repr__(self) -> str:
         kind = type(self).__name__
-        return f"<psplit.{kind}: {len(self.faces)} faces, {self.point_count} points, {', '.join(self.attributes)}>"
+        return f"<gltf_psplit.{kind}: {len(self.faces)} faces, {self.point_count} points, {', '.join(self.attributes)}>"

@@ -1,4 +1,4 @@
-"""The exceptions of psplit."""
+"""The exceptions of the package."""
 from __future__ import annotations
 
 from typing import Optional
