@@ -1,5 +1,5 @@
-// libdraco for Python, as the module draco_reference: what the package gltf_psplit is compared with in tests, and
-// measured against in bindings/python/benchmark.py.
+// libdraco for Python, as the module draco_reference: what the package gltf_psplit is compared with in tests,
+// and measured against in bindings/python/benchmark.py.
 #include <draco/compression/decode.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

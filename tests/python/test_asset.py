@@ -1,7 +1,10 @@
 """gltf_psplit.load reads whole assets; decode_primitive decodes the primitives of those that others read."""
 import base64
+import copy
 import hashlib
 import json
+import multiprocessing
+import pickle
 import shutil
 import struct
 
@@ -231,3 +234,40 @@ def stock_primitives(path):
     meshes = json.loads(text).get("meshes", [])
     return [(m, p) for m, mesh in enumerate(meshes) for p, primitive in enumerate(mesh["primitives"])
             if "KHR_draco_mesh_compression" in primitive.get("extensions", {})]
+
+
+def expect_same(asset, other):
+    assert other.json == asset.json and [mesh.name for mesh in other.meshes] == [mesh.name for mesh in asset.meshes]
+    for mesh, copied in zip(asset.meshes, other.meshes):
+        for primitive, again in zip(mesh.primitives, copied.primitives):
+            assert np.array_equal(again.faces, primitive.faces) and again.mode == primitive.mode
+            assert list(again) == list(primitive) and all(np.array_equal(again[name], primitive[name]) for name in again)
+            assert len(again.targets) == len(primitive.targets) and again.material == primitive.material
+    for index in range(len(asset.json["bufferViews"])):
+        assert other.buffer_view(index) == asset.buffer_view(index)
+    with pytest.raises(IndexError):
+        other.buffer_view(len(asset.json["bufferViews"]))
+    assert [place.node for place in other.instances()] == [place.node for place in asset.instances()]
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda asset: pickle.loads(pickle.dumps(asset)),
+                                   lambda asset: pickle.loads(pickle.dumps(copy.copy(asset)))])
+def test_copies(again):
+    for name in ("seams.glb", "fallback.gltf"):
+        asset = gltf_psplit.load(SAMPLES / name)
+        expect_same(asset, again(asset))
+
+
+def test_copies_with_errors():
+    broken = bytearray((SAMPLES / "patches.glb").read_bytes())
+    broken[-120:] = bytes(120)
+    asset = pickle.loads(pickle.dumps(gltf_psplit.load(broken, return_exceptions=True)))
+    assert isinstance(asset.meshes[0].primitives[0], gltf_psplit.InvalidInputError)
+
+
+def test_assets_pass_between_processes():
+    """Also where processes begin anew, as on Windows and macOS."""
+    paths = [SAMPLES / "seams.glb", SAMPLES / "patches.glb"]
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        for path, asset in zip(paths, pool.map_async(gltf_psplit.load, paths).get(120)):
+            expect_same(gltf_psplit.load(path), asset)

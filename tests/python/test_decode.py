@@ -77,6 +77,9 @@ def test_older_bitstreams():
     faces, points = np.zeros((1, 3), np.uint32), np.zeros((3, 3), np.float32)
     given = gltf_psplit.decode(stream, out={"faces": faces, "POSITION": points})
     assert given.points is points and np.array_equal(points, positions) and faces.tolist() == [[0, 1, 2]]
+    wide = np.full((3, 5), -1, np.float32)
+    gltf_psplit.decode(stream, out={5: wide[:, 1:4]})
+    assert np.array_equal(wide[:, 1:4], positions) and (wide[:, [0, 4]] == -1).all()
     with pytest.raises(gltf_psplit.InvalidInputError):
         gltf_psplit.decode(stream[:-1])
 
@@ -211,6 +214,48 @@ def test_out_of_a_part_of_an_array(stream):
     assert np.shares_memory(mesh.points, whole)
 
 
+def vertex_buffer(mesh, **more):
+    """An interleaved buffer with a field for each attribute, and bytes that belong to none."""
+    fields = [(name, mesh[name].dtype, mesh[name].shape[1]) for name in mesh]
+    return np.full(mesh.point_count, 0xAB, [("before", "u1", 5), *fields, ("after", "u1", 3)], **more)
+
+
+@pytest.mark.parametrize("quantized", [False, True])
+def test_out_of_an_interleaved_buffer(stream, quantized):
+    expected = gltf_psplit.decode(stream, quantized=quantized)
+    buffer = vertex_buffer(expected)
+    mesh = gltf_psplit.decode(stream, quantized=quantized, out={name: buffer[name] for name in expected})
+    for name in expected:
+        assert np.array_equal(buffer[name], expected[name]) and np.shares_memory(mesh[name], buffer)
+    assert (buffer["before"] == 0xAB).all() and (buffer["after"] == 0xAB).all()
+
+
+def test_out_of_columns_of_a_larger_array(large_stream):
+    expected = gltf_psplit.decode(large_stream)
+    wide = np.full((2 * expected.point_count, 8), -1, np.float32)
+    mesh = gltf_psplit.decode(large_stream, out={"POSITION": wide[::2, 4:7]})
+    assert np.array_equal(wide[::2, 4:7], expected.points) and np.shares_memory(mesh.points, wide)
+    wide[::2, 4:7] = -1
+    assert (wide == -1).all()
+
+
+def test_out_of_arrays_that_share_memory(stream):
+    expected = gltf_psplit.decode(stream)
+    wide = np.empty((expected.point_count, 5), np.float32)
+    with pytest.raises(gltf_psplit.Error, match=r"out\['POSITION'\] and out\['NORMAL'\] share memory"):
+        gltf_psplit.decode(stream, out={"POSITION": wide[:, :3], "NORMAL": wide[:, 2:]})
+    one_row = np.lib.stride_tricks.as_strided(wide, expected.points.shape, (8, 4))
+    with pytest.raises(gltf_psplit.Error, match=r"out\['POSITION'\] has rows that share memory"):
+        gltf_psplit.decode(stream, out={"POSITION": one_row})
+
+
+def test_faces_have_no_gaps(stream):
+    expected = gltf_psplit.decode(stream)
+    wide = np.empty((len(expected.faces), 4), np.uint32)
+    with pytest.raises(gltf_psplit.Error, match="faces have gaps"):
+        gltf_psplit.decode(stream, out={"faces": wide[:, :3]})
+
+
 @pytest.mark.parametrize("out", [
     {"POSITION": np.empty((3, 3), np.float32)}, {"POSITION": np.empty((1271, 3), np.float64)},
     {"POSITION": np.empty(3 * 1271, np.float32)}, {"TANGENT": np.empty((1271, 4), np.float32)},
@@ -221,10 +266,13 @@ def test_out_that_does_not_fit(stream, out):
     assert error.value.code == "usage"
 
 
-@pytest.mark.parametrize("make", [lambda a: np.asfortranarray(a), lambda a: a.astype(">f4"), lambda a: a[::-1]])
-def test_out_that_cannot_be_written(stream, make):
-    with pytest.raises(ValueError, match="POSITION"):
+@pytest.mark.parametrize("make, fault", [
+    (lambda a: np.asfortranarray(a), "side by side"), (lambda a: a.astype(">f4"), "byte order"), (lambda a: a[::-1], "negative"),
+    (lambda a: a[:, ::-1], "negative")])
+def test_out_that_cannot_be_written(stream, make, fault):
+    with pytest.raises(gltf_psplit.Error, match=r"out\['POSITION'\] .*" + fault) as error:
         gltf_psplit.decode(stream, out={"POSITION": make(gltf_psplit.decode(stream).points)})
+    assert error.value.code == "usage"
 
 
 def test_out_that_is_read_only_or_no_array(stream):

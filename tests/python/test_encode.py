@@ -31,8 +31,9 @@ def test_positions_are_as_exact_as_their_bits(reference, level, bits):
 def test_lossless():
     mesh = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, 0, normals=NORMALS, tex_coord=TEX_COORD, normal_bits=0, texcoord_bits=0))
     rows = {row.tobytes() for row in np.hstack([POINTS, NORMALS, TEX_COORD])}
-    # Normals off the octahedron are a generic attribute, as `encode` says.
-    assert {row.tobytes() for row in np.hstack([mesh.points, mesh["_GENERIC_0"], mesh.tex_coord])} == rows
+    # Normals off the octahedron are a generic attribute, as `encode` says, whose name is in the metadata.
+    assert {row.tobytes() for row in np.hstack([mesh.points, mesh.normals, mesh.tex_coord])} == rows
+    assert mesh.attributes["NORMAL"].metadata["name"] == b"NORMAL"
 
 
 def test_preserve_order(reference):
@@ -121,7 +122,7 @@ def test_patches_by_the_number_of_faces():
 
 @pytest.mark.parametrize("change", [
     {"points": POINTS[:, :2]}, {"faces": FACES[:, :2]}, {"faces": FACES.astype(float)}, {"faces": -FACES.astype(int)},
-    {"faces": FACES + 10**6}, {"normals": NORMALS[1:]}, {"tex_coord": NORMALS}, {"colors": NORMALS},
+    {"faces": FACES + 10**6}, {"normals": NORMALS[1:]}, {"tex_coord": NORMALS}, {"colors": NORMALS[:, :2]},
     {"quantization_bits": 31}, {"quantization_bits": -1}, {"compression_level": 11}, {"compression_level": -1},
     {"quantization_range": 0.0}, {"quantization_origin": [0, 0]}, {"quantization_origin": [0, 0, float("nan")]},
     {"normal_bits": 1}, {"faces": FACES[:0]},
@@ -153,6 +154,10 @@ def test_container_into_given_arrays(container):
     assert mesh.faces is out["faces"] and mesh.normals is out["NORMAL"]
     assert np.array_equal(mesh.faces, expected.faces) and np.array_equal(mesh.normals, expected.normals)
     assert np.array_equal(mesh.points, expected.points)
+    wide = np.full((expected.point_count, 7), -1, np.float32)
+    gltf_psplit.decode_container(*container, out={"NORMAL": wide[:, :3], "POSITION": wide[:, 4:]})
+    assert np.array_equal(wide[:, :3], expected.normals) and np.array_equal(wide[:, 4:], expected.points)
+    assert (wide[:, 3] == -1).all()
     with pytest.raises(gltf_psplit.Error, match="shape"):
         gltf_psplit.decode_container(*container, out={"faces": np.empty((1, 3), np.uint32)})
 

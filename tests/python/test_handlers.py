@@ -20,13 +20,14 @@ def meshio():
 
 
 def test_meshio_reads_and_writes(meshio, tmp_path):
-    mesh = meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"NORMAL": NORMALS, "TEXCOORD_0": TEX_COORD})
+    mesh = meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"NORMAL": NORMALS, "TEXCOORD_0": TEX_COORD, "temperature": np.arange(len(POINTS))})
     mesh.write(tmp_path / "a.drc", quantization_bits=16)
     read = meshio.read(tmp_path / "a.drc")
     expected = gltf_psplit.decode(tmp_path / "a.drc")
     assert expected.attributes["POSITION"].bits == 16 and len(read.cells_dict["triangle"]) == len(FACES)
     assert np.array_equal(read.points, expected.points) and np.array_equal(read.cells_dict["triangle"], expected.faces)
-    assert set(read.point_data) == {"NORMAL", "TEXCOORD_0"}
+    assert set(read.point_data) == {"NORMAL", "TEXCOORD_0", "temperature"}
+    assert set(read.point_data["temperature"].ravel()) == set(range(len(POINTS)))
     assert np.array_equal(read.point_data["NORMAL"], expected.normals)
 
 
@@ -46,8 +47,10 @@ def test_meshio_reads_point_clouds(meshio, corpus):
 def test_what_meshio_cannot_write(meshio, tmp_path):
     with pytest.raises(meshio.WriteError, match="quad"):
         meshio.Mesh(POINTS, [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "a.drc")
-    with pytest.warns(UserWarning, match="temperature"):
-        meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"temperature": np.zeros(len(POINTS))}).write(tmp_path / "a.drc")
+    with pytest.warns(UserWarning, match="part"):
+        meshio.Mesh(POINTS, [("triangle", FACES)], cell_data={"part": [np.zeros(len(FACES))]}).write(tmp_path / "a.drc")
+    with pytest.raises(meshio.WriteError, match="stress"):
+        meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"stress": np.zeros((len(POINTS), 20))}).write(tmp_path / "a.drc")
     (tmp_path / "b.drc").write_bytes(b"DRACO and nothing else")
     with pytest.raises(meshio.ReadError), open(tmp_path / "b.drc", "rb") as file:
         meshio.read(file, file_format="draco")

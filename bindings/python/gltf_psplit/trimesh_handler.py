@@ -23,7 +23,7 @@ def register() -> None:
 
     ImportError: trimesh is missing, or has no handlers of extensions.
     """
-    from trimesh.exchange.gltf.extensions import register_handler
+    from trimesh.exchange.gltf.extensions import register_handler  # type: ignore[import]
 
     register_handler(PATCHES, scope="primitive_preprocess")(decode_patches)
     register_handler(STOCK, scope="primitive_preprocess")(decode_stock)
