@@ -113,6 +113,23 @@ def test_a_decoded_mesh_can_be_encoded():
     assert alone.attributes["_X"].bits == 9 and np.array_equal(alone["_X"], mesh["_X"])
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_decoded_meshes_are_encoded_without_loss():
+    """Of any grid: the last place of some is decoded as a value beyond the grid."""
+    points, faces, normals, tex_coord = torus(6, 8)
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        count, bits = len(points), random.integers(2, 17, 5)
+        weights = random.random((count, 4)) + 1e-3
+        stream = gltf_psplit.encode(
+            random.random((count, 3)) * random.random() * 100 - 20, faces, bits[0], preserve_order=True, normals=normals,
+            tex_coord=random.random((count, 2)) - 0.5, normal_bits=bits[1], texcoord_bits=bits[2],
+            attributes={"WEIGHTS_0": weights / weights.sum(axis=1, keepdims=True), "_X": random.random((count, 5)) * 1e6,
+                        "_CONSTANT": np.full(count, np.pi), "_JOINTS": random.integers(-300, 300, (count, 4))},
+            bits={"WEIGHTS_0": bits[3], "_X": bits[4]})
+        assert gltf_psplit.encode(gltf_psplit.decode(stream), preserve_order=True) == stream, seed
+
+
 def test_meshes_of_the_corpus_can_be_encoded_again(corpus):
     seen = 0
     for path in sorted(corpus.rglob("*.drc")):
@@ -169,3 +186,18 @@ def test_names_of_a_stranger():
     assert list(gltf_psplit.decode(stream)) == ["POSITION", "_AA", "_BB", "_GENERIC_2"]
     assert list(gltf_psplit.decode(stream.replace(b"_BB", b"_AA"))) == ["POSITION", "_AA", "_GENERIC_1", "_GENERIC_2"]
     assert list(gltf_psplit.decode(stream.replace(b"_AA", b"\xff\xfe_", 1))) == ["POSITION", "_GENERIC_0", "_BB", "_GENERIC_2"]
+
+
+def test_names_are_those_of_dracopy():
+    dracopy = pytest.importorskip("DracoPy")
+    weights, joints = WEIGHTS.astype(np.float32), JOINTS.astype(np.uint8)
+    theirs = dracopy.encode(POINTS, FACES, preserve_order=True, generic_attributes={"joints": joints, "weights": weights})
+    mesh = gltf_psplit.decode(theirs)
+    assert np.array_equal(mesh["joints"], joints) and np.array_equal(mesh["weights"], weights)
+    ours = dracopy.decode(gltf_psplit.encode(POINTS, FACES, preserve_order=True, attributes={"joints": joints, "weights": weights},
+                                             bits={"weights": 0}))
+    assert np.array_equal(ours.get_attribute_by_name("joints")["data"], joints)
+    assert np.array_equal(ours.get_attribute_by_name("weights")["data"], weights)
+    # What it wrote can be encoded again.
+    again = gltf_psplit.decode(gltf_psplit.encode(mesh, preserve_order=True))
+    assert all(np.array_equal(again[name], mesh[name]) for name in mesh) and set(again) == set(mesh)

@@ -4,10 +4,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstring>
 #include <future>
 
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/pools.h"
+#include "encoder/coding/grid_places.h"
+#include "encoder/coding/quantization.h"
 #include "encoder/stream/attribute_plan.h"
 #include "psplit/encode.h"
 
@@ -76,6 +80,28 @@ AttributeCoding coding_of(const Grid& grid) {
   return {bits, origin.empty(), origin, range};
 }
 
+// The last place of a grid may be decoded as a value a little beyond the range. Returns whether all values are
+// on the grid, and some are there: the encoder takes the grid of such values from the caller alone. Moves them
+// to the end of the range, which has the same place.
+bool is_on_grid_and_beyond(Attribute& attribute, const AttributeCoding& grid) {
+  if (attribute.component_type != ComponentType::kFloat32 || grid.octahedral || !grid_extremes(grid) ||
+      !is_on_grid(attribute, grid, {}))
+    return false;
+  bool is_beyond = false;
+  for (size_t at = 0; at < attribute.values.size(); at += sizeof(float)) {
+    const float low = grid.origin[at / sizeof(float) % grid.origin.size()];
+    float value = 0;
+    std::memcpy(&value, attribute.values.data() + at, sizeof value);
+    if (double{value} - double{low} <= double{grid.range}) continue;
+    is_beyond = true;
+    if (value - low <= grid.range) continue;
+    value = low + grid.range;
+    while (value - low > grid.range) value = std::nextafter(value, low);
+    std::memcpy(attribute.values.data() + at, &value, sizeof value);
+  }
+  return is_beyond;
+}
+
 // The caller's arrays, with what the caller says about each.
 Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>& attributes) {
   if (view.indices.count == 0) return invalid_input("the mesh has no triangles");
@@ -87,6 +113,8 @@ Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>&
     if (grid) source.own_codings[i] = {std::get<0>(*grid), coding_of(*grid)};
     if (bits) source.own_codings[i] = {*bits, {}};
     source.stated.push_back(stated ? coding_of(*stated) : AttributeCoding());
+    if (stated && is_on_grid_and_beyond(source.mesh.attributes[i], source.stated[i]))
+      source.own_codings[i] = {source.stated[i].bits, source.stated[i]};
   }
   return source;
 }
