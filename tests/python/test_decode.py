@@ -71,7 +71,11 @@ def test_older_bitstreams():
     """A sequential mesh of bitstream 2.1, which libdraco decodes where it is built in."""
     positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.5]], np.float32)
     stream = b"DRACO" + bytes([2, 1, 1, 0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0, 1, 0, 1, 2, 1, 1, 0, 9, 3, 0, 5, 0]) + positions.tobytes()
-    mesh = gltf_psplit.decode(stream)
+    try:
+        mesh = gltf_psplit.decode(stream)
+    except gltf_psplit.UnsupportedError as error:
+        assert "a build with the encoder and libdraco decodes older ones" in str(error)
+        pytest.skip("the package has no libdraco")
     assert np.array_equal(mesh.points, positions) and mesh.faces.tolist() == [[0, 1, 2]] and mesh.coding == "sequential"
     assert mesh.attributes["POSITION"].unique_id == 5 and len(gltf_psplit.decode_many([stream])[0].faces) == 1
     faces, points = np.zeros((1, 3), np.uint32), np.zeros((3, 3), np.float32)
