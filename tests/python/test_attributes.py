@@ -88,9 +88,9 @@ def test_errors_name_the_argument(attributes, kind, message):
 @pytest.mark.parametrize("bits, message", [
     ({"_Y": 3}, "bits has '_Y', which is no attribute"), ({"_X": 31}, r"bits\['_X'\] is 31, not 0 to 30"),
     ({"POSITION": 3}, "bits has 'POSITION', whose bits are quantization_bits"), ({"NORMAL": 1}, r"bits\['NORMAL'\] is 1, not 0 or 2"),
-    ({"_I": 8}, r"attributes\['_I'\] has integers, which are kept exactly")])
+    ({"_I": 8}, r"attributes\['_I'\] has integers, which are kept exactly"), (0, "bits is a int, not a mapping")])
 def test_errors_of_bits(bits, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((TypeError, ValueError), match=message):
         encoded({"_X": np.zeros(COUNT), "_I": np.zeros(COUNT, np.uint8)}, normals=NORMALS, bits=bits)
 
 
@@ -154,6 +154,17 @@ def test_primitives_of_assets_can_be_encoded():
         primitive = gltf_psplit.load(SAMPLES / name).meshes[0].primitives[0]
         again = gltf_psplit.decode(gltf_psplit.encode(primitive, quantization_bits=0, preserve_order=True))
         assert set(again) == set(primitive) and np.array_equal(again.points, primitive.points)
+
+
+def test_positions_of_a_mesh():
+    exact = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, 0))
+    grid = gltf_psplit.decode(gltf_psplit.encode(exact, quantization_range=8.0, quantization_origin=[-4, -4, -4])).attributes["POSITION"]
+    assert grid.bits == 14 and grid.range == 8 and grid.origin.tolist() == [-4, -4, -4]
+    # Integers of glTF that stand for fractions.
+    exact.attributes["POSITION"].values = np.abs(exact.points * 10000).astype(np.uint16)
+    exact.attributes["POSITION"].normalized = True
+    position = gltf_psplit.decode(gltf_psplit.encode(exact, preserve_order=True)).attributes["POSITION"]
+    assert position.normalized and position.values.dtype == np.uint16 and np.array_equal(position.values, exact.points)
 
 
 def test_what_is_no_mesh_to_encode(stream):

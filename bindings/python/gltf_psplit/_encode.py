@@ -184,7 +184,7 @@ def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any,
             give(name, what, value)
     for name, value in mapping({} if attributes is None else attributes, "attributes").items():
         give(name, f"attributes[{name!r}]", value)
-    own_bits = {name: integer(value, f"bits[{name!r}]", 0, 30) for name, value in mapping(bits or {}, "bits").items()}
+    own_bits = {name: integer(value, f"bits[{name!r}]", 0, 30) for name, value in mapping({} if bits is None else bits, "bits").items()}
     for name in own_bits:
         if name not in given or name == "POSITION":
             raise ValueError(f"bits has {name!r}, " + ("whose bits are quantization_bits" if name in given else "which is no attribute"))
@@ -212,20 +212,21 @@ def _positions_of(given: Any, what: str, bits: Optional[int], extent: float,
     stated, normalized = None, False
     if isinstance(given, Attribute):
         given, normalized, stated = _values_of(given, what)
-    exactly = 0 if bits is None and stated is not None and stated[0] == 0 else None
     points = rows(given, what, (3,))
     if len(points) > 0xFFFFFFFF:
         raise ValueError(f"{what} has more points than 32-bit numbers can name")
-    chosen, grid = None, None
-    if normalized and points.dtype.kind in "iu":  # of glTF
+    if normalized and points.dtype.kind in "iu" and points.itemsize <= 2:  # of KHR_mesh_quantization
         return points, None, ("POSITION", np.ascontiguousarray(points), True, None, None, None)
+    chosen, grid = None, None
     if points.dtype.kind in "iub":
         grid = _grid_of_integers(points, what)
     elif extent != -1 or origin is not None:
         chosen = grid = _grid_of(points, 14 if bits is None else bits, extent, origin)
-    if grid is not None or bits is not None or exactly == 0:
+    if grid is not None or bits is not None:
         stated = None
-    return points, chosen, ("POSITION", np.ascontiguousarray(points, dtype=np.float32), False, exactly, grid, stated)
+    exactly = 0 if stated is not None and stated[0] == 0 else None
+    return points, chosen, ("POSITION", np.ascontiguousarray(points, dtype=np.float32), False, exactly, grid,
+                            None if exactly == 0 else stated)
 
 
 def _grid_of(points: NDArray[Any], bits: int, extent: float, origin: Optional[Sequence[float]]) -> Optional[_Grid]:
