@@ -40,8 +40,10 @@ name = f"{described['name'].replace('-', '_')}-{version}"
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    missing = [f"{tool}>={least}" for tool, least in (("cmake", "3.22"), ("ninja", "1.10")) if shutil.which(tool) is None]
-    # Debian's package for other languages has the files for CMake, which the interpreter of an environment does not see.
+    missing = [] if shutil.which("cmake") else ["cmake>=3.22"]
+    if not (shutil.which("ninja") or shutil.which("make") or sys.platform == "win32"):
+        missing.append("ninja>=1.10")
+    # CMake finds that of the system, which the interpreter of an environment does not see.
     found = importlib.util.find_spec("pybind11") or any(pathlib.Path("/usr").glob("*/cmake/pybind11/pybind11Config.cmake"))
     return missing if found else [*missing, "pybind11>=2.10"]
 
