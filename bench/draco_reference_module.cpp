@@ -1,5 +1,5 @@
-// libdraco for Python, as the module draco_reference: what the package psplit is compared with in tests, and
-// measured against in bindings/python/benchmark.py.
+// libdraco for Python, as the module draco_reference: what the package gltf_psplit is compared with in tests,
+// and measured against in bindings/python/benchmark.py.
 #include <draco/compression/decode.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -42,8 +42,7 @@ py::tuple decode(const py::bytes& stream, bool integers) {
   const draco::Mesh* const mesh = mesh_of(*cloud);
   py::array_t<uint32_t> faces({mesh == nullptr ? size_t{0} : size_t{mesh->num_faces()}, size_t{3}});
   for (uint32_t f = 0; f < static_cast<uint32_t>(faces.shape(0)); ++f)
-    for (uint32_t k = 0; k < 3; ++k)
-      faces.mutable_at(f, k) = mesh->face(draco::FaceIndex(f))[static_cast<int>(k)].value();
+    for (uint32_t k = 0; k < 3; ++k) faces.mutable_at(f, k) = mesh->face(draco::FaceIndex(f))[k].value();
   py::list attributes;
   for (int i = 0; i < cloud->num_attributes(); ++i) {
     const draco::PointAttribute& attribute = *cloud->attribute(i);
@@ -60,7 +59,7 @@ py::tuple decode(const py::bytes& stream, bool integers) {
   return py::make_tuple(faces, attributes);
 }
 
-// Positions and faces in vectors, as DracoPy takes them out of libdraco: value by value, positions as floats.
+// Positions and faces in vectors, as bindings take them out of libdraco: value by value, positions as floats.
 struct Vectors {
   std::vector<float> points;
   std::vector<unsigned> faces;
@@ -86,21 +85,7 @@ Vectors vectors_of(const py::bytes& stream) {
   return vectors;
 }
 
-template <typename T>
-py::list list_of(const std::vector<T>& values) {
-  py::list list(values.size());
-  for (size_t i = 0; i < values.size(); ++i) list[i] = values[i];
-  return list;
-}
-
-// (faces, points) as lists of numbers: Cython makes these of the vectors of a structure, and DracoPy's classes
-// make arrays of the lists.
-py::tuple decode_to_lists(const py::bytes& stream) {
-  const Vectors vectors = vectors_of(stream);
-  return py::make_tuple(list_of(vectors.faces), list_of(vectors.points));
-}
-
-// (faces, points) as arrays: the vectors are copied, without lists.
+// (faces, points) as arrays, which are copies of the vectors.
 py::tuple decode_to_arrays(const py::bytes& stream) {
   const Vectors vectors = vectors_of(stream);
   return py::make_tuple(
@@ -122,7 +107,6 @@ py::capsule decode_in_cpp(const py::bytes& stream) {
 
 PYBIND11_MODULE(draco_reference, module) {
   module.def("decode", &decode, py::arg("stream"), py::arg("integers") = false);
-  module.def("decode_to_lists", &decode_to_lists, py::arg("stream"));
   module.def("decode_to_arrays", &decode_to_arrays, py::arg("stream"));
   module.def("decode_in_cpp", &decode_in_cpp, py::arg("stream"));
 }

@@ -18,8 +18,8 @@ parser.add_argument("--web", type=pathlib.Path)
 parser.add_argument("--table", action="store_true")
 options = parser.parse_args()
 sys.path.insert(0, str(options.python))
+import gltf_psplit
 import numpy as np
-import psplit
 
 kGenerated = {f"{shape}, {faces} faces{', ' + ' and '.join(more) if more else ''}": (shape, faces, more) for shape, faces, more in (
     ("terrain", 600, ()), ("blob", 6000, ()), ("terrain", 19000, ("normals",)), ("blob", 20000, ()), ("gyroid", 24000, ("normals",)),
@@ -101,7 +101,7 @@ def by_c(faces, attributes, kind):
 
 def by_python(faces, attributes):
     named = dict(attributes)
-    return psplit.encode_container(named["POSITION"], faces, normals=named.get("NORMAL"), tex_coord=named.get("TEXCOORD_0")).data
+    return gltf_psplit.encode_container(named["POSITION"], faces, normals=named.get("NORMAL"), tex_coord=named.get("TEXCOORD_0")).data
 
 
 def by_web(folder, faces, attributes):
@@ -136,7 +136,7 @@ def meshes(folder):
 def main(folder):
     failures, rows = [], []
     for name, asset in meshes(folder):
-        mesh = psplit.load(asset).meshes[0].primitives[0]  # a mesh
+        mesh = gltf_psplit.load(asset).meshes[0].primitives[0]  # a mesh
         faces = np.ascontiguousarray(mesh.faces, dtype=np.uint32)
         # Python's function takes no others.
         attributes = [(key, np.ascontiguousarray(mesh[key])) for key in ("POSITION", "NORMAL", "TEXCOORD_0") if key in mesh]

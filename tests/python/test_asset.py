@@ -1,12 +1,15 @@
-"""psplit.load reads whole assets; decode_primitive decodes the primitives of those that others read."""
+"""gltf_psplit.load reads whole assets; decode_primitive decodes the primitives of those that others read."""
 import base64
+import copy
 import hashlib
 import json
+import multiprocessing
+import pickle
 import shutil
 import struct
 
+import gltf_psplit
 import numpy as np
-import psplit
 import pytest
 from conftest import SAMPLES
 
@@ -40,7 +43,7 @@ def expect_sample(primitive, expected, attributes=None):
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_samples_of_the_extension(name):
-    asset = psplit.load(SAMPLES / name)
+    asset = gltf_psplit.load(SAMPLES / name)
     primitives = [primitive for mesh in asset.meshes for primitive in mesh.primitives]
     assert asset.json["meshes"] == parts_of(SAMPLES / name)[0]["meshes"]
     assert len(primitives) == len(EXPECTED[name]["primitives"])
@@ -61,7 +64,7 @@ def test_samples_without_load(name):
     assert len(primitives) == len(EXPECTED[name]["primitives"])
     for primitive, expected in zip(primitives, EXPECTED[name]["primitives"]):
         stored = primitive["extensions"]["PSPLIT_mesh_draco_patches"]["attributes"]
-        mesh = psplit.decode_primitive(document, primitive, buffer_view)
+        mesh = gltf_psplit.decode_primitive(document, primitive, buffer_view)
         expect_sample(mesh, expected, stored)
         for target, digest in expected.get("targets_sha256", {}).items():
             assert hashlib.sha256(mesh[target].tobytes()).hexdigest() == digest
@@ -70,9 +73,9 @@ def test_samples_without_load(name):
 def test_an_asset_with_one_primitive_is_a_mesh():
     name = "patches.glb"
     for data in (SAMPLES / name, str(SAMPLES / name), (SAMPLES / name).read_bytes()):
-        expect_sample(psplit.decode(data), EXPECTED[name]["primitives"][0])
-    with pytest.raises(psplit.Error, match="for Draco streams"):
-        psplit.decode(SAMPLES / name, quantized=True)
+        expect_sample(gltf_psplit.decode(data), EXPECTED[name]["primitives"][0])
+    with pytest.raises(gltf_psplit.Error, match="for Draco streams"):
+        gltf_psplit.decode(SAMPLES / name, quantized=True)
 
 
 def gltf(**members):
@@ -92,8 +95,8 @@ def triangles(count):
 
 
 def test_an_asset_with_more_primitives_says_what_to_call():
-    with pytest.raises(psplit.Error, match="2 primitives; psplit.load"):
-        psplit.decode(gltf(**triangles(2)))
+    with pytest.raises(gltf_psplit.Error, match="2 primitives; gltf_psplit.load"):
+        gltf_psplit.decode(gltf(**triangles(2)))
 
 
 def test_plain_primitives_and_their_elements():
@@ -103,7 +106,7 @@ def test_plain_primitives_and_their_elements():
     members["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
     members["meshes"][0]["primitives"][0]["material"] = 0
     members["materials"] = [{"name": "red"}]
-    asset = psplit.load(gltf(**members))
+    asset = gltf_psplit.load(gltf(**members))
     face, lines, dots = (mesh.primitives[0] for mesh in asset.meshes)
     assert face.faces.tolist() == [[0, 1, 2]] and face.coding == "plain" and face.material == {"name": "red"}
     target = face.targets[0]["POSITION"]
@@ -117,7 +120,7 @@ def test_plain_primitives_and_their_elements():
 
 
 def test_instances():
-    asset = psplit.load(gltf(**triangles(2), scene=1, scenes=[{"nodes": [2]}, {"nodes": [0]}], nodes=[
+    asset = gltf_psplit.load(gltf(**triangles(2), scene=1, scenes=[{"nodes": [2]}, {"nodes": [0]}], nodes=[
         {"translation": [1, 2, 3], "children": [1], "mesh": 0},
         {"rotation": [0, 0, 0.5**0.5, 0.5**0.5], "scale": [2, 2, 2], "mesh": 1},
         {"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1], "mesh": 0}]))
@@ -132,25 +135,25 @@ def test_errors_of_primitives_have_a_place():
     document, buffer_view = parts_of(SAMPLES / "patches.glb")
     broken = bytearray((SAMPLES / "patches.glb").read_bytes())
     broken[-120:] = bytes(120)
-    with pytest.raises(psplit.InvalidInputError) as error:
-        psplit.load(broken)
+    with pytest.raises(gltf_psplit.InvalidInputError) as error:
+        gltf_psplit.load(broken)
     assert (error.value.mesh, error.value.primitive) == (0, 0) and error.value.patch is not None
-    asset = psplit.load(broken, return_exceptions=True)
-    assert isinstance(asset.meshes[0].primitives[0], psplit.InvalidInputError)
+    asset = gltf_psplit.load(broken, return_exceptions=True)
+    assert isinstance(asset.meshes[0].primitives[0], gltf_psplit.InvalidInputError)
 
 
 @pytest.mark.parametrize("data", [b"glTF", b"{}", b"{", b'{"asset": {"version": "2.0"}, "meshes": 3}', b""])
 def test_broken_assets(data):
-    with pytest.raises(psplit.Error):
-        psplit.load(data)
+    with pytest.raises(gltf_psplit.Error):
+        gltf_psplit.load(data)
 
 
 def test_missing_files(tmp_path):
     with pytest.raises(FileNotFoundError):
-        psplit.load(tmp_path / "missing.glb")
+        gltf_psplit.load(tmp_path / "missing.glb")
     shutil.copy(SAMPLES / "fallback.gltf", tmp_path)
-    with pytest.raises(psplit.Error) as error:
-        psplit.load(tmp_path / "fallback.gltf")
+    with pytest.raises(gltf_psplit.Error) as error:
+        gltf_psplit.load(tmp_path / "fallback.gltf")
     assert error.value.code == "io"
 
 
@@ -161,47 +164,47 @@ def test_missing_files(tmp_path):
 def test_broken_trees(change):
     """`load` refuses them, or `instances` has nothing to stumble over."""
     try:
-        psplit.load(gltf(**{**triangles(1), **change})).instances()
-    except psplit.InvalidInputError:
+        gltf_psplit.load(gltf(**{**triangles(1), **change})).instances()
+    except gltf_psplit.InvalidInputError:
         pass
 
 
 def test_materials_that_do_not_exist():
     members = triangles(1)
     members["meshes"][0]["primitives"][0]["material"] = 3
-    with pytest.raises(psplit.InvalidInputError, match="material"):
-        psplit.load(gltf(**members))
+    with pytest.raises(gltf_psplit.InvalidInputError, match="material"):
+        gltf_psplit.load(gltf(**members))
 
 
 @pytest.mark.parametrize("node", [{"matrix": [1]}, {"rotation": 3}, {"rotation": [1, 2, 3]}, {"translation": "far"}])
 def test_nodes_without_a_place(node):
-    asset = psplit.load(gltf(**triangles(1), nodes=[{"mesh": 0, **node}]))
-    with pytest.raises(psplit.InvalidInputError, match="node 0"):
+    asset = gltf_psplit.load(gltf(**triangles(1), nodes=[{"mesh": 0, **node}]))
+    with pytest.raises(gltf_psplit.InvalidInputError, match="node 0"):
         asset.instances()
 
 
 def test_threads():
     with pytest.raises(ValueError, match="negative"):
-        psplit.load(SAMPLES / "seams.glb", threads=-1)
-    one, many = (psplit.load(SAMPLES / "seams.glb", threads=count).meshes[0].primitives[0] for count in (1, 3))
+        gltf_psplit.load(SAMPLES / "seams.glb", threads=-1)
+    one, many = (gltf_psplit.load(SAMPLES / "seams.glb", threads=count).meshes[0].primitives[0] for count in (1, 3))
     assert np.array_equal(one.points, many.points) and np.array_equal(one.faces, many.faces)
 
 
 def test_unicode_paths(tmp_path):
     path = tmp_path / "Käfer 甲虫.glb"
     shutil.copy(SAMPLES / "seams.glb", path)
-    expect_sample(psplit.load(path).meshes[0].primitives[0], EXPECTED["seams.glb"]["primitives"][0])
+    expect_sample(gltf_psplit.load(path).meshes[0].primitives[0], EXPECTED["seams.glb"]["primitives"][0])
 
 
 def test_what_decode_primitive_needs():
     document, buffer_view = parts_of(SAMPLES / "patches.glb")
     primitive = document["meshes"][0]["primitives"][0]
-    assert psplit.decode_primitive(document, {"attributes": primitive["attributes"]}, buffer_view) is None
-    with pytest.raises(psplit.InvalidInputError, match="JSON"):
-        psplit.decode_primitive({}, primitive, buffer_view)
+    assert gltf_psplit.decode_primitive(document, {"attributes": primitive["attributes"]}, buffer_view) is None
+    with pytest.raises(gltf_psplit.InvalidInputError, match="JSON"):
+        gltf_psplit.decode_primitive({}, primitive, buffer_view)
     for broken in ({"attributes": 3}, {"extensions": 3}, {"indices": "a"}, {"extensions": {"KHR_draco_mesh_compression": 1}}):
-        with pytest.raises(psplit.InvalidInputError, match="JSON"):
-            psplit.decode_primitive(document, {**primitive, **broken}, buffer_view)
+        with pytest.raises(gltf_psplit.InvalidInputError, match="JSON"):
+            gltf_psplit.decode_primitive(document, {**primitive, **broken}, buffer_view)
 
 
 def test_corpus(corpus, reference):
@@ -210,7 +213,7 @@ def test_corpus(corpus, reference):
     for path in sorted([*corpus.glob("gltf/**/*.glb"), *corpus.glob("gltf/**/*.gltf")]):
         asset = None
         for m, p in stock_primitives(path):
-            asset = asset or psplit.load(path)
+            asset = asset or gltf_psplit.load(path)
             primitive = asset.meshes[m].primitives[p]
             extension = asset.json["meshes"][m]["primitives"][p]["extensions"]["KHR_draco_mesh_compression"]
             faces, attributes = reference.decode(asset.buffer_view(extension["bufferView"]))
@@ -231,3 +234,40 @@ def stock_primitives(path):
     meshes = json.loads(text).get("meshes", [])
     return [(m, p) for m, mesh in enumerate(meshes) for p, primitive in enumerate(mesh["primitives"])
             if "KHR_draco_mesh_compression" in primitive.get("extensions", {})]
+
+
+def expect_same(asset, other):
+    assert other.json == asset.json and [mesh.name for mesh in other.meshes] == [mesh.name for mesh in asset.meshes]
+    for mesh, copied in zip(asset.meshes, other.meshes):
+        for primitive, again in zip(mesh.primitives, copied.primitives):
+            assert np.array_equal(again.faces, primitive.faces) and again.mode == primitive.mode
+            assert list(again) == list(primitive) and all(np.array_equal(again[name], primitive[name]) for name in again)
+            assert len(again.targets) == len(primitive.targets) and again.material == primitive.material
+    for index in range(len(asset.json["bufferViews"])):
+        assert other.buffer_view(index) == asset.buffer_view(index)
+    with pytest.raises(IndexError):
+        other.buffer_view(len(asset.json["bufferViews"]))
+    assert [place.node for place in other.instances()] == [place.node for place in asset.instances()]
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda asset: pickle.loads(pickle.dumps(asset)),
+                                   lambda asset: pickle.loads(pickle.dumps(copy.copy(asset)))])
+def test_copies(again):
+    for name in ("seams.glb", "fallback.gltf"):
+        asset = gltf_psplit.load(SAMPLES / name)
+        expect_same(asset, again(asset))
+
+
+def test_copies_with_errors():
+    broken = bytearray((SAMPLES / "patches.glb").read_bytes())
+    broken[-120:] = bytes(120)
+    asset = pickle.loads(pickle.dumps(gltf_psplit.load(broken, return_exceptions=True)))
+    assert isinstance(asset.meshes[0].primitives[0], gltf_psplit.InvalidInputError)
+
+
+def test_assets_pass_between_processes():
+    """Also where processes begin anew, as on Windows and macOS."""
+    paths = [SAMPLES / "seams.glb", SAMPLES / "patches.glb"]
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        for path, asset in zip(paths, pool.map_async(gltf_psplit.load, paths).get(120)):
+            expect_same(gltf_psplit.load(path), asset)

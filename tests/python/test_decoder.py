@@ -1,6 +1,6 @@
 """The package without its encoder: it decodes, and says what it lacks."""
+import gltf_psplit
 import numpy as np
-import psplit
 import pytest
 from conftest import SAMPLES, expect_libdraco
 from test_asset import parts_of
@@ -18,21 +18,21 @@ def a_stream():
 
 
 def test_streams():
-    mesh, other = psplit.decode_many([a_stream(), a_stream()])
+    mesh, other = gltf_psplit.decode_many([a_stream(), a_stream()])
     assert len(mesh.faces) > 0 and np.array_equal(mesh.points, other.points)
-    with pytest.raises(psplit.InvalidInputError):
-        psplit.decode(a_stream()[:-1])
+    with pytest.raises(gltf_psplit.InvalidInputError):
+        gltf_psplit.decode(a_stream()[:-1])
 
 
 def test_streams_are_those_of_libdraco(reference):
-    expect_libdraco(reference, psplit.decode(a_stream()), a_stream())
+    expect_libdraco(reference, gltf_psplit.decode(a_stream()), a_stream())
 
 
 def test_what_is_missing_is_named():
-    if hasattr(psplit._native, "encode"):
+    if hasattr(gltf_psplit._native, "encode"):
         pytest.skip("the package has the encoder")
-    for call in (lambda: psplit.encode([[0, 0, 0]] * 3, [[0, 1, 2]]), lambda: psplit.load(SAMPLES / "patches.glb"),
-                 lambda: psplit.decode(SAMPLES / "patches.glb"),
-                 lambda: psplit.encode_container([[0, 0, 0]] * 3, [[0, 1, 2]], patches=1)):
-        with pytest.raises(psplit.UnsupportedError, match="without its encoder"):
+    for call in (lambda: gltf_psplit.encode([[0, 0, 0]] * 3, [[0, 1, 2]]), lambda: gltf_psplit.load(SAMPLES / "patches.glb"),
+                 lambda: gltf_psplit.decode(SAMPLES / "patches.glb"),
+                 lambda: gltf_psplit.encode_container([[0, 0, 0]] * 3, [[0, 1, 2]], patches=1)):
+        with pytest.raises(gltf_psplit.UnsupportedError, match="without its encoder"):
             call()

@@ -1,11 +1,11 @@
-"""psplit.encode makes streams of libdraco, within the precision that it promises."""
+"""gltf_psplit.encode makes streams of libdraco, within the precision that it promises."""
 import _thread
 import struct
 import threading
 import time
 
+import gltf_psplit
 import numpy as np
-import psplit
 import pytest
 from conftest import expect_libdraco, torus
 
@@ -20,8 +20,8 @@ def distance(mesh, points):
 @pytest.mark.parametrize("level", [0, 1, 7, 10])
 @pytest.mark.parametrize("bits", [8, 14, 20])
 def test_positions_are_as_exact_as_their_bits(reference, level, bits):
-    stream = psplit.encode(POINTS, FACES, quantization_bits=bits, compression_level=level)
-    mesh = psplit.decode(stream)
+    stream = gltf_psplit.encode(POINTS, FACES, quantization_bits=bits, compression_level=level)
+    mesh = gltf_psplit.decode(stream)
     expect_libdraco(reference, mesh, stream)
     assert len(mesh.faces) == len(FACES) and mesh.attributes["POSITION"].bits == bits
     extent = (POINTS.max(axis=0) - POINTS.min(axis=0)).max()
@@ -29,16 +29,17 @@ def test_positions_are_as_exact_as_their_bits(reference, level, bits):
 
 
 def test_lossless():
-    mesh = psplit.decode(psplit.encode(POINTS, FACES, 0, normals=NORMALS, tex_coord=TEX_COORD, normal_bits=0, texcoord_bits=0))
+    mesh = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, 0, normals=NORMALS, tex_coord=TEX_COORD, normal_bits=0, texcoord_bits=0))
     rows = {row.tobytes() for row in np.hstack([POINTS, NORMALS, TEX_COORD])}
-    # Normals off the octahedron are a generic attribute, as `encode` says.
-    assert {row.tobytes() for row in np.hstack([mesh.points, mesh["_GENERIC_0"], mesh.tex_coord])} == rows
+    # Normals off the octahedron are a generic attribute, as `encode` says, whose name is in the metadata.
+    assert {row.tobytes() for row in np.hstack([mesh.points, mesh.normals, mesh.tex_coord])} == rows
+    assert mesh.attributes["NORMAL"].metadata["name"] == b"NORMAL"
 
 
 def test_preserve_order(reference):
     colors = np.arange(4 * len(POINTS), dtype=np.uint16).reshape(-1, 4)
-    stream = psplit.encode(POINTS, FACES, preserve_order=True, colors=colors, quantization_bits=0)
-    mesh = psplit.decode(stream)
+    stream = gltf_psplit.encode(POINTS, FACES, preserve_order=True, colors=colors, quantization_bits=0)
+    mesh = gltf_psplit.decode(stream)
     expect_libdraco(reference, mesh, stream)
     assert mesh.coding == "sequential"
     assert np.array_equal(mesh.faces, FACES) and np.array_equal(mesh.points, POINTS) and np.array_equal(mesh.colors, colors)
@@ -46,82 +47,82 @@ def test_preserve_order(reference):
 
 
 def test_a_chosen_grid():
-    stream = psplit.encode(POINTS, FACES, 12, quantization_range=8.0, quantization_origin=[-4, -4, -4])
-    position = psplit.decode(stream).attributes["POSITION"]
+    stream = gltf_psplit.encode(POINTS, FACES, 12, quantization_range=8.0, quantization_origin=[-4, -4, -4])
+    position = gltf_psplit.decode(stream).attributes["POSITION"]
     assert position.origin.tolist() == [-4, -4, -4] and position.range == 8 and position.bits == 12
     # Meshes on one grid fit together: equal points decode to equal bits.
-    half = psplit.decode(psplit.encode(POINTS, FACES[: len(FACES) // 2], 12, 1, 8.0, (-4, -4, -4)))
-    whole = {row.tobytes() for row in psplit.decode(stream).points}
+    half = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES[: len(FACES) // 2], 12, 1, 8.0, (-4, -4, -4)))
+    whole = {row.tobytes() for row in gltf_psplit.decode(stream).points}
     assert {row.tobytes() for row in half.points} <= whole
 
 
 def test_a_range_without_an_origin_and_the_reverse():
-    position = psplit.decode(psplit.encode(POINTS, FACES, quantization_range=16)).attributes["POSITION"]
+    position = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, quantization_range=16)).attributes["POSITION"]
     assert position.range == 16 and np.array_equal(position.origin, POINTS.min(axis=0))
-    position = psplit.decode(psplit.encode(POINTS, FACES, quantization_origin=(-8, -8, -8))).attributes["POSITION"]
+    position = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, quantization_origin=(-8, -8, -8))).attributes["POSITION"]
     assert position.origin.tolist() == [-8, -8, -8] and position.range == np.float32((POINTS + 8).max())
 
 
 def test_metadata_of_the_grid(reference):
-    stream = psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4), create_metadata=True)
-    mesh = psplit.decode(stream)
+    stream = gltf_psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4), create_metadata=True)
+    mesh = gltf_psplit.decode(stream)
     assert set(mesh.metadata.entries) == {"quantization_bits", "quantization_range", "quantization_origin"}
     assert struct.unpack("<i", mesh.metadata["quantization_bits"]) == (12,)
     assert struct.unpack("<d", mesh.metadata["quantization_range"]) == (8,)
     assert struct.unpack("<3d", mesh.metadata["quantization_origin"]) == (-4, -4.5, -4)
     expect_libdraco(reference, mesh, stream)  # which reads the metadata, too
-    plain = psplit.decode(psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4)))
+    plain = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, 12, 1, 8.0, (-4, -4.5, -4)))
     assert np.array_equal(mesh.points, plain.points) and plain.metadata is None
-    fitted = psplit.decode(psplit.encode(POINTS, FACES, create_metadata=True))
+    fitted = gltf_psplit.decode(gltf_psplit.encode(POINTS, FACES, create_metadata=True))
     assert fitted.metadata.entries == {"quantization_bits": struct.pack("<i", 14)}
 
 
 def test_points_outside_of_the_grid_are_refused():
-    with pytest.raises(psplit.InvalidInputError, match="outside"):
-        psplit.encode(POINTS, FACES, quantization_range=1.0, quantization_origin=[0, 0, 0])
+    with pytest.raises(gltf_psplit.InvalidInputError, match="outside"):
+        gltf_psplit.encode(POINTS, FACES, quantization_range=1.0, quantization_origin=[0, 0, 0])
 
 
 @pytest.mark.parametrize("kind", [np.int8, np.int32, np.uint16, np.int64])
 def test_integer_points_are_exact(kind):
     points = np.array([[0, 0, 0], [100, 3, 0], [0, 77, 5], [1, 2, 99]], kind)
     faces = [[0, 1, 2], [0, 1, 3], [1, 2, 3]]
-    mesh = psplit.decode(psplit.encode(points, faces, quantization_bits=2))
+    mesh = gltf_psplit.decode(gltf_psplit.encode(points, faces, quantization_bits=2))
     assert {tuple(row) for row in mesh.points.tolist()} == {tuple(map(float, row)) for row in points}
 
 
 def test_integers_of_too_many_bits_are_refused():
     with pytest.raises(NotImplementedError, match="24 bits"):
-        psplit.encode(np.array([[0, 0, 0], [2**24, 0, 0], [0, 1, 0]]), [[0, 1, 2]])
+        gltf_psplit.encode(np.array([[0, 0, 0], [2**24, 0, 0], [0, 1, 0]]), [[0, 1, 2]])
 
 
 def test_lists_and_flat_lists():
     points, faces = [0, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2]
-    flat = psplit.encode(points, faces)
-    assert flat == psplit.encode(np.reshape(points, (3, 3)).tolist(), [faces])
-    assert len(psplit.decode(flat).faces) == 1
+    flat = gltf_psplit.encode(points, faces)
+    assert flat == gltf_psplit.encode(np.reshape(points, (3, 3)).tolist(), [faces])
+    assert len(gltf_psplit.decode(flat).faces) == 1
 
 
 def test_what_cannot_be_served():
     with pytest.raises(NotImplementedError, match="point clouds"):
-        psplit.encode(POINTS)
+        gltf_psplit.encode(POINTS)
 
 
 def test_points_that_no_grid_can_hold_are_exact():
     points = POINTS.astype(np.float32)
     points[7, 1] = np.nan
-    position = psplit.decode(psplit.encode(points, FACES)).attributes["POSITION"]
+    position = gltf_psplit.decode(gltf_psplit.encode(points, FACES)).attributes["POSITION"]
     assert position.bits == 0
     assert sorted(map(bytes, position.values)) == sorted(map(bytes, points))
 
 
 def test_patches_by_the_number_of_faces():
     points, faces, *_ = torus(150, 100)  # 30,000 faces
-    assert psplit.encode_container(points, faces).data == psplit.encode_container(points, faces, patches=2).data
+    assert gltf_psplit.encode_container(points, faces).data == gltf_psplit.encode_container(points, faces, patches=2).data
 
 
 @pytest.mark.parametrize("change", [
     {"points": POINTS[:, :2]}, {"faces": FACES[:, :2]}, {"faces": FACES.astype(float)}, {"faces": -FACES.astype(int)},
-    {"faces": FACES + 10**6}, {"normals": NORMALS[1:]}, {"tex_coord": NORMALS}, {"colors": NORMALS},
+    {"faces": FACES + 10**6}, {"normals": NORMALS[1:]}, {"tex_coord": NORMALS}, {"colors": NORMALS[:, :2]},
     {"quantization_bits": 31}, {"quantization_bits": -1}, {"compression_level": 11}, {"compression_level": -1},
     {"quantization_range": 0.0}, {"quantization_origin": [0, 0]}, {"quantization_origin": [0, 0, float("nan")]},
     {"normal_bits": 1}, {"faces": FACES[:0]},
@@ -129,60 +130,64 @@ def test_patches_by_the_number_of_faces():
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_wrong_arguments(change):
     with pytest.raises(ValueError):
-        psplit.encode(**{"points": POINTS, "faces": FACES, **change})
+        gltf_psplit.encode(**{"points": POINTS, "faces": FACES, **change})
 
 
 def test_container(reference, container):
-    mesh = psplit.decode_container(*container)
+    mesh = gltf_psplit.decode_container(*container)
     assert mesh.coding == "patches" and len(mesh.faces) == 60 * 80 * 2
     assert mesh.point_count == container.accessors["POSITION"]["count"]
-    same = psplit.decode_container(*container, threads=1)
+    same = gltf_psplit.decode_container(*container, threads=1)
     for name in mesh:
         assert np.array_equal(mesh[name], same[name])
     # One patch has the values of the whole: the grid is the same, and so are the bits.
     points, faces, normals, _ = torus(60, 80)
-    whole = psplit.decode_container(*psplit.encode_container(points, faces, patches=1, normals=normals))
+    whole = gltf_psplit.decode_container(*gltf_psplit.encode_container(points, faces, patches=1, normals=normals))
     assert {row.tobytes() for row in whole.points} == {row.tobytes() for row in mesh.points}
-    assert psplit.encode_container(points, faces, patches=5, normals=normals, threads=1).data == container.data
+    assert gltf_psplit.encode_container(points, faces, patches=5, normals=normals, threads=1).data == container.data
 
 
 def test_container_into_given_arrays(container):
-    expected = psplit.decode_container(*container)
+    expected = gltf_psplit.decode_container(*container)
     out = {"faces": np.empty_like(expected.faces), "NORMAL": np.empty_like(expected.normals)}
-    mesh = psplit.decode_container(*container, out=out)
+    mesh = gltf_psplit.decode_container(*container, out=out)
     assert mesh.faces is out["faces"] and mesh.normals is out["NORMAL"]
     assert np.array_equal(mesh.faces, expected.faces) and np.array_equal(mesh.normals, expected.normals)
     assert np.array_equal(mesh.points, expected.points)
-    with pytest.raises(psplit.Error, match="shape"):
-        psplit.decode_container(*container, out={"faces": np.empty((1, 3), np.uint32)})
+    wide = np.full((expected.point_count, 7), -1, np.float32)
+    gltf_psplit.decode_container(*container, out={"NORMAL": wide[:, :3], "POSITION": wide[:, 4:]})
+    assert np.array_equal(wide[:, :3], expected.normals) and np.array_equal(wide[:, 4:], expected.points)
+    assert (wide[:, 3] == -1).all()
+    with pytest.raises(gltf_psplit.Error, match="shape"):
+        gltf_psplit.decode_container(*container, out={"faces": np.empty((1, 3), np.uint32)})
 
 
 def test_attributes_that_are_not_wanted_may_be_left_out(container):
-    mesh = psplit.decode_container(container.data, {"POSITION": 0}, container.accessors)
+    mesh = gltf_psplit.decode_container(container.data, {"POSITION": 0}, container.accessors)
     assert list(mesh) == ["POSITION"]
 
 
 def test_more_patches_than_faces(container):
     points, faces, *_ = torus(3, 3)
-    assert len(psplit.decode_container(*psplit.encode_container(points, faces, patches=1000)).faces) == len(faces)
+    assert len(gltf_psplit.decode_container(*gltf_psplit.encode_container(points, faces, patches=1000)).faces) == len(faces)
     with pytest.raises(ValueError, match="patches"):
-        psplit.encode_container(points, faces, patches=-1)
+        gltf_psplit.encode_container(points, faces, patches=-1)
     with pytest.raises(ValueError, match="negative"):
-        psplit.encode_container(points, faces, patches=2, threads=-1)
+        gltf_psplit.encode_container(points, faces, patches=2, threads=-1)
     with pytest.raises(ValueError, match="negative"):
-        psplit.decode_container(*container, threads=-1)
+        gltf_psplit.decode_container(*container, threads=-1)
 
 
 def test_a_bare_container_says_what_to_call(container):
-    with pytest.raises(psplit.Error, match="decode_container"):
-        psplit.decode(container.data)
+    with pytest.raises(gltf_psplit.Error, match="decode_container"):
+        gltf_psplit.decode(container.data)
 
 
 def test_errors_of_containers_name_the_patch(container):
     broken = bytearray(container.data)
     broken[-200:] = bytes(200)
-    with pytest.raises(psplit.InvalidInputError) as error:
-        psplit.decode_container(broken, container.attributes, container.accessors)
+    with pytest.raises(gltf_psplit.InvalidInputError) as error:
+        gltf_psplit.decode_container(broken, container.attributes, container.accessors)
     assert error.value.patch is not None and "patch" in str(error.value)
 
 
@@ -192,29 +197,29 @@ def test_errors_of_containers_name_the_patch(container):
                                        {"POSITION": {"componentType": 5126, "type": "VEC3"}, "indices": {"count": "many"}},
                                        {"POSITION": {"componentType": 5126, "type": "VEC3", "count": 3}}])
 def test_accessors_that_do_not_fit(container, accessors):
-    with pytest.raises(psplit.Error):
-        psplit.decode_container(container.data, {"POSITION": 0}, accessors)
+    with pytest.raises(gltf_psplit.Error):
+        gltf_psplit.decode_container(container.data, {"POSITION": 0}, accessors)
 
 
 @pytest.mark.parametrize("unique_id", [9, -1, 2**32, "0", None])
 def test_attributes_that_do_not_exist(container, unique_id):
-    with pytest.raises(psplit.Error):
-        psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
+    with pytest.raises(gltf_psplit.Error):
+        gltf_psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
 
 
 def test_every_truncation_of_a_container(container):
     for length in list(range(0, 200)) + list(range(200, len(container.data), 97)):
-        with pytest.raises(psplit.Error):
-            psplit.decode_container(container.data[:length], container.attributes, container.accessors)
+        with pytest.raises(gltf_psplit.Error):
+            gltf_psplit.decode_container(container.data[:length], container.attributes, container.accessors)
 
 
 def test_decode_container_decodes_streams_of_gltf(stream):
-    expected = psplit.decode(stream)
+    expected = gltf_psplit.decode(stream)
     accessors = {"POSITION": {"componentType": 5126, "type": "VEC3", "count": expected.point_count}}
-    mesh = psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="KHR_draco_mesh_compression")
+    mesh = gltf_psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="KHR_draco_mesh_compression")
     assert np.array_equal(mesh.points, expected.points) and np.array_equal(mesh.faces, expected.faces)
-    with pytest.raises(psplit.Error, match="extension|none of"):
-        psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="EXT_other")
+    with pytest.raises(gltf_psplit.Error, match="extension|none of"):
+        gltf_psplit.decode_container(stream, {"POSITION": 0}, accessors, extension="EXT_other")
 
 
 def test_ctrl_c_stops_encoding():
@@ -223,7 +228,7 @@ def test_ctrl_c_stops_encoding():
     def seconds():
         """Of the processor, which other processes hardly change."""
         start = time.process_time()
-        psplit.encode_container(points, faces, threads=1)
+        gltf_psplit.encode_container(points, faces, threads=1)
         return time.process_time() - start
 
     def seconds_until_interrupted(delay):

@@ -1,8 +1,8 @@
 """The handlers for meshio and trimesh."""
 import io
 
+import gltf_psplit
 import numpy as np
-import psplit
 import pytest
 from conftest import SAMPLES, torus
 from test_asset import EXPECTED, expect_sample, parts_of
@@ -13,20 +13,21 @@ POINTS, FACES, NORMALS, TEX_COORD = torus(20, 30)
 @pytest.fixture
 def meshio():
     module = pytest.importorskip("meshio")
-    import psplit.meshio_plugin
-    psplit.meshio_plugin.register()
+    import gltf_psplit.meshio_plugin
+    gltf_psplit.meshio_plugin.register()
     yield module
     module.deregister_format("draco")
 
 
 def test_meshio_reads_and_writes(meshio, tmp_path):
-    mesh = meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"NORMAL": NORMALS, "TEXCOORD_0": TEX_COORD})
+    mesh = meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"NORMAL": NORMALS, "TEXCOORD_0": TEX_COORD, "temperature": np.arange(len(POINTS))})
     mesh.write(tmp_path / "a.drc", quantization_bits=16)
     read = meshio.read(tmp_path / "a.drc")
-    expected = psplit.decode(tmp_path / "a.drc")
+    expected = gltf_psplit.decode(tmp_path / "a.drc")
     assert expected.attributes["POSITION"].bits == 16 and len(read.cells_dict["triangle"]) == len(FACES)
     assert np.array_equal(read.points, expected.points) and np.array_equal(read.cells_dict["triangle"], expected.faces)
-    assert set(read.point_data) == {"NORMAL", "TEXCOORD_0"}
+    assert set(read.point_data) == {"NORMAL", "TEXCOORD_0", "temperature"}
+    assert set(read.point_data["temperature"].ravel()) == set(range(len(POINTS)))
     assert np.array_equal(read.point_data["NORMAL"], expected.normals)
 
 
@@ -46,8 +47,10 @@ def test_meshio_reads_point_clouds(meshio, corpus):
 def test_what_meshio_cannot_write(meshio, tmp_path):
     with pytest.raises(meshio.WriteError, match="quad"):
         meshio.Mesh(POINTS, [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "a.drc")
-    with pytest.warns(UserWarning, match="temperature"):
-        meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"temperature": np.zeros(len(POINTS))}).write(tmp_path / "a.drc")
+    with pytest.warns(UserWarning, match="part"):
+        meshio.Mesh(POINTS, [("triangle", FACES)], cell_data={"part": [np.zeros(len(FACES))]}).write(tmp_path / "a.drc")
+    with pytest.raises(meshio.WriteError, match="stress"):
+        meshio.Mesh(POINTS, [("triangle", FACES)], point_data={"stress": np.zeros((len(POINTS), 20))}).write(tmp_path / "a.drc")
     (tmp_path / "b.drc").write_bytes(b"DRACO and nothing else")
     with pytest.raises(meshio.ReadError), open(tmp_path / "b.drc", "rb") as file:
         meshio.read(file, file_format="draco")
@@ -69,12 +72,12 @@ def context_of(name, number=0):
 
 @pytest.mark.parametrize("name", ["patches.glb", "seams.glb", "condensed.glb"])
 def test_trimesh_handler(name):
-    from psplit import trimesh_handler
+    from gltf_psplit import trimesh_handler
     context = context_of(name)
     before = [array.copy() for array in context["accessors"]]
     assert trimesh_handler.decode_patches(context) == {"decompressed": True}
     arrays, primitive = context["accessors"], context["primitive"]
-    expected = psplit.load(SAMPLES / name).meshes[0].primitives[0]
+    expected = gltf_psplit.load(SAMPLES / name).meshes[0].primitives[0]
     expect_sample(expected, EXPECTED[name]["primitives"][0])
     assert np.array_equal(arrays[primitive["indices"]].reshape(-1, 3), expected.faces)
     for attribute, index in primitive["attributes"].items():
@@ -85,10 +88,10 @@ def test_trimesh_handler(name):
 def test_trimesh_itself(tmp_path):
     extensions = pytest.importorskip("trimesh.exchange.gltf.extensions", reason="Debian 12 has no trimesh")
     import trimesh
-    from psplit import trimesh_handler
+    from gltf_psplit import trimesh_handler
     trimesh_handler.register()
     assert "PSPLIT_mesh_draco_patches" in extensions._handlers["primitive_preprocess"]
     scene = trimesh.load(SAMPLES / "patches.glb", process=False)
     loaded, = scene.geometry.values()
-    expected = psplit.decode(SAMPLES / "patches.glb")
+    expected = gltf_psplit.decode(SAMPLES / "patches.glb")
     assert np.array_equal(loaded.faces, expected.faces) and np.array_equal(loaded.vertices, expected.points)

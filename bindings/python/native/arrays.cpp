@@ -38,12 +38,30 @@ py::array owning_array(Values&& values, const py::dtype& type, std::vector<size_
   return py::array(type, std::move(shape), owned->data(), owner);
 }
 
+size_t row_stride(const py::array& array) {
+  if (array.ndim() != 2) return 0;
+  return static_cast<size_t>(array.shape(0) > 1 ? array.strides(0) : array.shape(1) * array.itemsize());
+}
+
+// Why rows cannot be written to an array; null if they can. Arrays of other shapes are refused later.
+const char* fault_of(const py::array& array) {
+  if (!array.writeable()) return "is read-only, not writable";
+  if (!array.dtype().attr("isnative").cast<bool>()) return "is not in native byte order";
+  if (array.ndim() != 2 || array.size() == 0) return nullptr;
+  const py::ssize_t rows = array.shape(0), columns = array.shape(1), size = array.itemsize();
+  if ((rows > 1 && array.strides(0) < 0) || (columns > 1 && array.strides(1) < 0))
+    return "has negative strides";
+  if (columns > 1 && array.strides(1) != size) return "has rows whose values do not lie side by side";
+  if (rows > 1 && array.strides(0) < columns * size) return "has rows that share memory";
+  return nullptr;
+}
+
 }  // namespace
 
 py::object exception_of(const Status& status) {
   const Place& place = status.place();
   const auto known = [](int64_t index) { return index < 0 ? py::object(py::none()) : py::int_(index); };
-  return py::module_::import("psplit._errors")
+  return py::module_::import("gltf_psplit._errors")
       .attr("error_of")(code_name(status.code()), status.to_string(), known(place.patch), known(place.mesh),
                         known(place.primitive));
 }
@@ -87,25 +105,29 @@ py::array array_of(Array<std::array<uint32_t, 3>>&& faces) {
 
 OutArrays::OutArrays(const py::object& dict) {
   if (dict.is_none()) return;
+  std::vector<std::pair<std::string, py::array>> seen;
+  const py::object share_memory = py::module_::import("numpy").attr("shares_memory");
   for (const auto& [name, value] : py::dict(dict)) {
     const std::string said = "out[" + std::string(py::repr(name)) + "] ";
     if (!py::isinstance<py::array>(value)) throw py::type_error(said + "is not a numpy array");
     Given given{py::reinterpret_borrow<py::array>(value), {}, {}};
-    const int flags = given.array.flags();
-    const bool is_native = given.array.dtype().attr("isnative").cast<bool>();
-    if ((flags & py::array::c_style) == 0 || !given.array.writeable() || !is_native)
-      throw py::value_error(said + "is not a writable, C-contiguous array in native byte order");
-    given.type = given.array.dtype().kind() + std::to_string(given.array.itemsize());
-    given.shape = shape_text(
-        {reinterpret_cast<const size_t*>(given.array.shape()), static_cast<size_t>(given.array.ndim())});
-    given.data = static_cast<std::byte*>(given.array.mutable_data());
+    const py::array& array = given.array;
+    if (const char* const fault = fault_of(array)) throw StatusError{wrong_usage(said + fault)};
+    for (const auto& [other_said, other] : seen)
+      if (share_memory(array, other).cast<bool>())
+        throw StatusError{wrong_usage(other_said + "and " + said + "share memory")};
+    seen.emplace_back(said, array);
+    given.type = array.dtype().kind() + std::to_string(array.itemsize());
+    given.shape =
+        shape_text({reinterpret_cast<const size_t*>(array.shape()), static_cast<size_t>(array.ndim())});
+    given.place = {static_cast<std::byte*>(given.array.mutable_data()), row_stride(array)};
     given_.emplace(key_of(name), std::move(given));
   }
 }
 
 OutArrays::Key OutArrays::key_of(const py::handle& key) {
-  if (py::isinstance<py::str>(key)) return key.cast<std::string>();
   try {
+    if (py::isinstance<py::str>(key)) return key.cast<std::string>();
     return key.cast<uint32_t>();
   } catch (const py::cast_error&) {
     throw py::type_error("out: " + std::string(py::repr(key)) + " is neither a name nor a unique id");
@@ -118,17 +140,25 @@ const OutArrays::Given* OutArrays::find(const std::string& name, std::optional<u
   return found == given_.end() ? nullptr : &found->second;
 }
 
-Expected<std::byte*> OutArrays::take(const std::string& name, std::optional<uint32_t> unique_id,
-                                     const char* type, size_t rows, size_t columns) {
+Expected<OutPlace> OutArrays::take(const std::string& name, std::optional<uint32_t> unique_id, const char* type,
+                                   size_t rows, size_t columns) {
   auto* const given = const_cast<Given*>(find(name, unique_id));
-  if (given == nullptr) return nullptr;
+  if (given == nullptr) return OutPlace{};
   const size_t shape[] = {rows, columns};
   if (given->is_taken) return wrong_usage("out has one array for two attributes: " + name);
   if (given->type != type || given->shape != shape_text(shape))
     return wrong_usage("out: " + name + " has the type " + type + " and the shape " + shape_text(shape) +
                        ", and the array is " + given->type + " of " + given->shape);
   given->is_taken = true;
-  return given->data;
+  return given->place;
+}
+
+Expected<std::byte*> OutArrays::take_faces(size_t face_count) {
+  const Expected<OutPlace> place = take(kFaces, {}, "u4", face_count, 3);
+  if (!place) return place.status();
+  if (place->data != nullptr && place->stride != 3 * sizeof(uint32_t))
+    return wrong_usage("out: faces have gaps; only the values of attributes may lie apart");
+  return place->data;
 }
 
 py::object OutArrays::taken(const std::string& name, std::optional<uint32_t> unique_id) const {

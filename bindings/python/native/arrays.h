@@ -19,7 +19,7 @@ namespace psplit::python {
 
 namespace py = pybind11;
 
-// What a failed call raises. throw_if_failed throws it; the module's translator makes psplit.Error of it.
+// What a failed call raises. throw_if_failed throws it; the module's translator makes gltf_psplit.Error of it.
 struct StatusError {
   Status status;
 };
@@ -60,21 +60,32 @@ const char* type_code(ComponentType type);
 py::array array_of(Array<std::byte>&& values, const char* type, size_t rows, size_t columns);
 py::array array_of(Array<std::array<uint32_t, 3>>&& faces);
 
+// Where values of the caller's array are: `stride` bytes from one row to the next. Null: there is no array.
+struct OutPlace {
+  std::byte* data = nullptr;
+  size_t stride = 0;
+};
+
 // The caller's arrays for a result, by their names in the dict `out`, or by an attribute's number. Reading the
 // dict needs the interpreter's lock; asking for memory does not.
 class OutArrays {
  public:
+  static constexpr const char* kFaces = "faces";
+
   OutArrays() = default;
-  // `dict` may be None. ValueError for arrays that are not writable, contiguous and in the machine's byte
-  // order.
+  // `dict` may be None. kUsage for arrays that cannot be filled row by row in any order: those that are not
+  // writable, not in the machine's byte order, that have negative strides, or rows with gaps in them, and rows
+  // or arrays that share memory.
   explicit OutArrays(const py::object& dict);
 
-  // The memory for rows x columns values; null if the caller gave no array for it. kUsage if the array has
-  // another type or shape.
-  Expected<std::byte*> take(const std::string& name, std::optional<uint32_t> unique_id, const char* type,
-                            size_t rows, size_t columns);
+  // The memory for rows x columns values. Errors: kUsage if the array has another type or shape.
+  Expected<OutPlace> take(const std::string& name, std::optional<uint32_t> unique_id, const char* type,
+                          size_t rows, size_t columns);
+  // The memory for faces, which have no gaps.
+  Expected<std::byte*> take_faces(size_t face_count);
   // The array that was taken, or nothing.
   py::object taken(const std::string& name, std::optional<uint32_t> unique_id) const;
+  py::object taken_faces() const { return taken(kFaces, {}); }
   // kUsage if an array was not taken.
   Status all_taken() const;
 
@@ -82,7 +93,7 @@ class OutArrays {
   struct Given {
     py::array array;
     std::string type, shape;
-    std::byte* data = nullptr;
+    OutPlace place{};
     bool is_taken = false;
   };
   using Key = std::variant<std::string, uint32_t>;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <numeric>
+#include <set>
 #include <tuple>
 #include <vector>
 
@@ -22,9 +22,34 @@
 namespace psplit::python {
 namespace {
 
+// Names of metadata are bytes that a writer chose. What is not UTF-8 is escaped as Python escapes file names.
+py::str text_of(const std::string& bytes) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape"));
+}
+
+bool is_text(const std::string& bytes) {
+  const py::gil_scoped_acquire acquire;
+  const auto text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), nullptr));
+  if (!text) PyErr_Clear();
+  return static_cast<bool>(text);
+}
+
+// The name of an attribute in the metadata; empty if they have none that is text.
+std::string stated_name(const StreamMetadata& metadata, uint32_t unique_id) {
+  const auto found = std::ranges::find(metadata.attributes, unique_id, &AttributeMetadata::unique_id);
+  if (found == metadata.attributes.end()) return {};
+  const std::vector<uint8_t>* const bytes = found->metadata.find_entry("name");
+  if (bytes == nullptr) return {};
+  std::string name(bytes->begin(), bytes->end());
+  return is_text(name) ? name : std::string();
+}
+
 // glTF's names for Draco's semantics, whatever the type of the values. gltf_attributes gives the same names to
-// data of the types that glTF allows.
-std::vector<std::string> names_of(std::span<const StreamAttribute> attributes) {
+// data of the types that glTF allows. Generic attributes have the names that the metadata say, as far as no two
+// names are equal.
+std::vector<std::string> names_of(std::span<const StreamAttribute> attributes, const StreamMetadata& metadata) {
   std::array<uint32_t, 5> used{};
   std::vector<std::string> names;
   for (const StreamAttribute& attribute : attributes) {
@@ -38,13 +63,15 @@ std::vector<std::string> names_of(std::span<const StreamAttribute> attributes) {
       case DracoSemantic::kGeneric: names.push_back(numbered("_GENERIC_")); break;
     }
   }
+  std::set<std::string> taken(names.begin(), names.end());
+  taken.insert("");
+  taken.insert(OutArrays::kFaces);
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (attributes[i].semantic != DracoSemantic::kGeneric) continue;
+    std::string name = stated_name(metadata, attributes[i].unique_id);
+    if (taken.insert(name).second) names[i] = std::move(name);
+  }
   return names;
-}
-
-// Names of metadata are bytes that a writer chose. What is not UTF-8 is escaped as Python escapes file names.
-py::str text_of(const std::string& bytes) {
-  return py::reinterpret_steal<py::str>(
-      PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape"));
 }
 
 // (entries, parts): a dict of bytes, and a dict of the same.
@@ -67,34 +94,67 @@ py::object tuple_of(const StreamMetadata& metadata) {
 
 struct DecodedStream {
   DracoGeometry geometry;
+  std::vector<std::string> names;  // of the attributes
   StreamMetadata metadata;
 };
 
 // The memory for a stream: the caller's arrays, and the geometry where there is none.
 Expected<GeometryPlaces> places_for(const StreamDescription& description, std::span<const StoredValues> stored,
-                                    bool integers, size_t stream_bytes, OutArrays& out,
-                                    DracoGeometry& geometry) {
-  Expected<GeometryPlaces> places = allocate_geometry(description, stored, integers, stream_bytes, geometry);
+                                    bool integers, std::span<const uint8_t> stream, OutArrays& out,
+                                    DecodedStream& decoded) {
+  Expected<StreamMetadata> metadata = read_metadata(stream);
+  if (!metadata) return metadata.status();
+  decoded.metadata = std::move(*metadata);
+  decoded.names = names_of(description.attributes, decoded.metadata);
+  DracoGeometry& geometry = decoded.geometry;
+  Expected<GeometryPlaces> places = allocate_geometry(description, stored, integers, stream.size(), geometry);
   if (!places) return places;
-  const Expected<std::byte*> faces = out.take("faces", {}, "u4", description.face_count, 3);
+  const Expected<std::byte*> faces = out.take_faces(description.face_count);
   if (!faces) return faces.status();
   if (*faces != nullptr) {
     places->faces = *faces;
     geometry.faces = {};
   }
-  const std::vector<std::string> names = names_of(description.attributes);
-  for (size_t i = 0; i < names.size(); ++i) {
+  for (size_t i = 0; i < geometry.attributes.size(); ++i) {
     GeometryAttribute& attribute = geometry.attributes[i];
-    const Expected<std::byte*> given =
-        out.take(names[i], attribute.description.unique_id, type_code(attribute.type()),
+    const Expected<OutPlace> given =
+        out.take(decoded.names[i], attribute.description.unique_id, type_code(attribute.type()),
                  description.point_count, attribute.component_count());
     if (!given) return given.status();
-    if (*given == nullptr) continue;
-    places->attributes[i].values = *given;
+    if (given->data == nullptr) continue;
+    places->attributes[i].values = given->data;
+    places->attributes[i].stride = given->stride;
     attribute.values = {};
   }
   if (Status all = out.all_taken(); !all.ok()) return all;
   return places;
+}
+
+// The memory for a mesh of glTF: the caller's arrays, and the mesh where there is none.
+Expected<PrimitiveBuffers> buffers_for(uint32_t point_count, uint32_t face_count,
+                                       std::span<const AttributeRequest> requests, size_t stored_bytes,
+                                       OutArrays& out, Mesh& mesh) {
+  Expected<PrimitiveBuffers> buffers = allocate_mesh(point_count, face_count, requests, stored_bytes, mesh);
+  if (!buffers) return buffers;
+  const Expected<std::byte*> faces = out.take_faces(face_count);
+  if (!faces) return faces.status();
+  if (*faces != nullptr) {
+    buffers->indices = std::span(*faces, mesh.faces.size() * sizeof(mesh.faces[0]));
+    mesh.faces = {};
+  }
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    Attribute& attribute = mesh.attributes[i];
+    const Expected<OutPlace> given =
+        out.take(requests[i].semantic, requests[i].unique_id, type_code(attribute.component_type), point_count,
+                 attribute.component_count);
+    if (!given) return given.status();
+    if (given->data == nullptr) continue;
+    const size_t bytes = point_count == 0 ? 0 : (point_count - 1) * given->stride + attribute.stride();
+    buffers->attributes[i] = {std::span(given->data, bytes), given->stride};
+    attribute.values = {};
+  }
+  if (Status all = out.all_taken(); !all.ok()) return all;
+  return buffers;
 }
 
 const OlderStreams* built_in_older_streams() {
@@ -112,36 +172,25 @@ Expected<DecodedStream> decode_older_stream(std::span<const uint8_t> stream, con
   const OlderStreams* const older = built_in_older_streams();
   const Expected<StreamDescription> description = describe_older(older, stream, refusal);
   if (!description) return description.status();
-  const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(description->attributes);
+  Expected<std::vector<AttributeRequest>> requests = gltf_attributes(description->attributes);
   if (!requests) return requests.status();
-  Expected<Mesh> mesh = older->decode(stream, *requests);
-  if (!mesh) return mesh.status();
   DecodedStream decoded;
-  DracoGeometry& geometry = decoded.geometry;
-  geometry.coding = description->coding;
-  geometry.point_count = mesh->point_count;
-  const Expected<std::byte*> faces = out.take("faces", {}, "u4", mesh->faces.size(), 3);
-  if (!faces) return faces.status();
-  if (*faces == nullptr)
-    geometry.faces = std::move(mesh->faces);
-  else
-    std::memcpy(*faces, mesh->faces.data(), mesh->faces.size() * sizeof(mesh->faces[0]));
-  const std::vector<std::string> names = names_of(description->attributes);
-  for (size_t i = 0; i < names.size(); ++i) {
-    Attribute& values = mesh->attributes[i];
-    GeometryAttribute attribute{description->attributes[i], {}};
-    attribute.description.type = stored_type(values.component_type);
-    const Expected<std::byte*> given =
-        out.take(names[i], attribute.description.unique_id, type_code(attribute.type()), mesh->point_count,
-                 attribute.component_count());
-    if (!given) return given.status();
-    if (*given == nullptr)
-      attribute.values = std::move(values.values);
-    else
-      std::memcpy(*given, values.values.data(), values.values.size());
-    geometry.attributes.push_back(std::move(attribute));
+  decoded.names = names_of(description->attributes, {});
+  for (size_t i = 0; i < requests->size(); ++i) (*requests)[i].semantic = decoded.names[i];
+  Mesh mesh;
+  const Expected<PrimitiveBuffers> buffers =
+      buffers_for(description->point_count, description->face_count, *requests, stream.size(), out, mesh);
+  if (!buffers) return buffers.status();
+  Status status =
+      decode_older(*older, stream, *requests, description->point_count, description->face_count, *buffers);
+  if (!status.ok()) return status;
+  decoded.geometry.coding = description->coding;
+  decoded.geometry.point_count = mesh.point_count;
+  decoded.geometry.faces = std::move(mesh.faces);
+  for (size_t i = 0; i < requests->size(); ++i) {
+    decoded.geometry.attributes.push_back({description->attributes[i], std::move(mesh.attributes[i].values)});
+    decoded.geometry.attributes[i].description.type = stored_type((*requests)[i].component_type);
   }
-  if (Status all = out.all_taken(); !all.ok()) return all;
   return decoded;
 }
 
@@ -150,13 +199,10 @@ Expected<DecodedStream> decode_stream(std::span<const uint8_t> stream, bool inte
   DecodedStream decoded;
   Status status =
       decode_geometry(stream, [&](const StreamDescription& description, std::span<const StoredValues> stored) {
-        return places_for(description, stored, integers, stream.size(), out, decoded.geometry);
+        return places_for(description, stored, integers, stream, out, decoded);
       });
   if (status.code() == StatusCode::kUnsupported) return decode_older_stream(stream, status, out);
   if (!status.ok()) return status;
-  Expected<StreamMetadata> metadata = read_metadata(stream);
-  if (!metadata) return metadata.status();
-  decoded.metadata = std::move(*metadata);
   return decoded;
 }
 
@@ -178,15 +224,14 @@ py::object tuple_of(GeometryAttribute&& attribute, const std::string& name, uint
 
 py::tuple tuple_of(DecodedStream&& decoded, const OutArrays& out) {
   DracoGeometry& geometry = decoded.geometry;
-  std::vector<StreamAttribute> descriptions;
-  for (const GeometryAttribute& attribute : geometry.attributes) descriptions.push_back(attribute.description);
-  const std::vector<std::string> names = names_of(descriptions);
-  py::object faces = out.taken("faces", {});
+  py::object faces = out.taken_faces();
   if (faces.is_none()) faces = array_of(std::move(geometry.faces));
   py::list attributes;
-  for (size_t i = 0; i < names.size(); ++i)
-    attributes.append(tuple_of(std::move(geometry.attributes[i]), names[i], geometry.point_count,
-                               out.taken(names[i], descriptions[i].unique_id)));
+  for (size_t i = 0; i < geometry.attributes.size(); ++i) {
+    GeometryAttribute& attribute = geometry.attributes[i];
+    py::object given = out.taken(decoded.names[i], attribute.description.unique_id);
+    attributes.append(tuple_of(std::move(attribute), decoded.names[i], geometry.point_count, std::move(given)));
+  }
   return py::make_tuple(coding_name(geometry.coding), geometry.point_count, std::move(faces),
                         std::move(attributes), tuple_of(decoded.metadata));
 }
@@ -238,34 +283,9 @@ AttributeRequest request_of(const Requested& requested) {
   return {semantic, unique_id, type, static_cast<uint8_t>(component_count), normalized};
 }
 
-// The memory for a primitive: the caller's arrays, and the mesh where there is none.
-Expected<PrimitiveBuffers> buffers_for(const CompressedPrimitive& primitive, OutArrays& out, Mesh& mesh) {
-  Expected<PrimitiveBuffers> buffers = allocate_mesh(primitive.point_count(), primitive.face_count(),
-                                                     primitive.attributes(), primitive.bytes().size(), mesh);
-  if (!buffers) return buffers.status();
-  const Expected<std::byte*> faces = out.take("faces", {}, "u4", primitive.face_count(), 3);
-  if (!faces) return faces.status();
-  if (*faces != nullptr) {
-    buffers->indices = std::span(*faces, mesh.faces.size() * sizeof(mesh.faces[0]));
-    mesh.faces = {};
-  }
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    Attribute& attribute = mesh.attributes[i];
-    const Expected<std::byte*> given =
-        out.take(attribute.semantic, primitive.attributes()[i].unique_id, type_code(attribute.component_type),
-                 mesh.point_count, attribute.component_count);
-    if (!given) return given.status();
-    if (*given == nullptr) continue;
-    buffers->attributes[i].bytes = std::span(*given, attribute.values.size());
-    attribute.values = {};
-  }
-  if (Status all = out.all_taken(); !all.ok()) return all;
-  return buffers;
-}
-
 py::tuple tuple_of_mesh(Mesh&& mesh, const char* coding, std::span<const AttributeRequest> requests,
                         const OutArrays& out) {
-  py::object faces = out.taken("faces", {});
+  py::object faces = out.taken_faces();
   if (faces.is_none()) faces = array_of(std::move(mesh.faces));
   py::list attributes;
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
@@ -296,7 +316,9 @@ py::tuple decode_primitive(const py::object& data, const std::vector<Requested>&
     const py::gil_scoped_release release;
     const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
     if (!primitive) return primitive.status();
-    const Expected<PrimitiveBuffers> buffers = buffers_for(*primitive, out, mesh);
+    const Expected<PrimitiveBuffers> buffers =
+        buffers_for(primitive->point_count(), primitive->face_count(), primitive->attributes(),
+                    primitive->bytes().size(), out, mesh);
     if (!buffers) return buffers.status();
     LoadOptions options;
     options.pool = &pool;

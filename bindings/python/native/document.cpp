@@ -120,11 +120,12 @@ class Asset {
     return py::cast(meshes);
   }
 
-  py::bytes buffer_view(int64_t index) const {
-    const size_t count = document_.records().views.size();
-    if (index < 0 || static_cast<size_t>(index) >= count)
-      throw py::index_error("the asset has " + std::to_string(count) + " buffer views");
-    const std::span<const uint8_t> bytes = value_or_throw(buffer_view_bytes(document_, index));
+  size_t buffer_view_count() const { return document_.records().views.size(); }
+
+  // `index` is below buffer_view_count().
+  py::bytes buffer_view(size_t index) const {
+    const std::span<const uint8_t> bytes =
+        value_or_throw(buffer_view_bytes(document_, static_cast<int64_t>(index)));
     return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }
 
@@ -148,6 +149,7 @@ void add_document(py::module_& module) {
       .def(py::init<const std::string&, const py::object&>(), py::arg("source"), py::arg("data"))
       .def("json", &Asset::json)
       .def("primitives", &Asset::primitives, py::arg("threads"))
+      .def("buffer_view_count", &Asset::buffer_view_count)
       .def("buffer_view", &Asset::buffer_view, py::arg("index"));
 }
 

@@ -4,18 +4,27 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstring>
 #include <future>
 
 #include "bindings/python/native/arrays.h"
 #include "bindings/python/native/pools.h"
+#include "encoder/coding/grid_places.h"
+#include "encoder/coding/quantization.h"
+#include "encoder/stream/attribute_plan.h"
 #include "psplit/encode.h"
 
 namespace psplit::python {
 namespace {
 
 using Indices = py::array_t<uint32_t, py::array::c_style | py::array::forcecast>;
-// (semantic, C-contiguous values of (points, components), normalized)
-using Given = std::tuple<std::string, py::array, bool>;
+// (bits, origin, range); an octahedron has no origin.
+using Grid = std::tuple<int, std::vector<float>, float>;
+// (semantic, C-contiguous values of (points, components), normalized, bits that replace the options', a grid
+// that the values get, a grid that they keep if all of them are on it)
+using Given =
+    std::tuple<std::string, py::array, bool, std::optional<int>, std::optional<Grid>, std::optional<Grid>>;
 
 ComponentType component_type(const py::dtype& type) {
   const std::string code = type.kind() + std::to_string(type.itemsize());
@@ -35,7 +44,7 @@ MeshView view_of(const Indices& faces, const std::vector<Given>& attributes) {
   const auto point_count = static_cast<uint32_t>(std::get<1>(attributes.at(0)).shape(0));
   MeshView view{point_count, {}, {ComponentType::kUint32, 1, false, 0, bytes_of(faces), 0}};
   view.indices.count = static_cast<uint32_t>(faces.size());
-  for (const auto& [semantic, values, normalized] : attributes)
+  for (const auto& [semantic, values, normalized, bits, grid, stated] : attributes)
     view.attributes.push_back({semantic,
                                {component_type(values.dtype()), static_cast<uint8_t>(values.shape(1)),
                                 normalized, point_count, bytes_of(values), 0}});
@@ -66,20 +75,57 @@ py::bytes bytes_of(const std::vector<uint8_t>& bytes) {
   return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-// `origin` and `range` are the grid of positions, which are the first attribute; it is fitted to them if the
-// origin is empty.
-Expected<EncodedMesh> encode_mesh(const MeshView& view, const EncodeOptions& options,
-                                  const std::vector<float>& origin, float range, const ThreadPool& pool,
-                                  const Watch& watch) {
+AttributeCoding coding_of(const Grid& grid) {
+  const auto& [bits, origin, range] = grid;
+  return {bits, origin.empty(), origin, range};
+}
+
+// The last place of a grid may be decoded as a value a little beyond the range. Returns whether all values are
+// on the grid, and some are there: the encoder takes the grid of such values from the caller alone. Moves them
+// to the end of the range, which has the same place.
+bool is_on_grid_and_beyond(Attribute& attribute, const AttributeCoding& grid) {
+  if (attribute.component_type != ComponentType::kFloat32 || grid.octahedral || !grid_extremes(grid) ||
+      !is_on_grid(attribute, grid, {}))
+    return false;
+  bool is_beyond = false;
+  for (size_t at = 0; at < attribute.values.size(); at += sizeof(float)) {
+    const float low = grid.origin[at / sizeof(float) % grid.origin.size()];
+    float value = 0;
+    std::memcpy(&value, attribute.values.data() + at, sizeof value);
+    if (double{value} - double{low} <= double{grid.range}) continue;
+    is_beyond = true;
+    if (value - low <= grid.range) continue;
+    value = low + grid.range;
+    while (value - low > grid.range) value = std::nextafter(value, low);
+    std::memcpy(attribute.values.data() + at, &value, sizeof value);
+  }
+  return is_beyond;
+}
+
+// The caller's arrays, with what the caller says about each.
+Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>& attributes) {
   if (view.indices.count == 0) return invalid_input("the mesh has no triangles");
   Expected<Mesh> mesh = mesh_of(view);
   if (!mesh) return mesh.status();
   MeshToEncode source{std::move(*mesh)};
-  const int bits = options.position_bits;
-  if (bits > 0 && !origin.empty()) source.own_codings[0] = {bits, AttributeCoding{bits, false, origin, range}};
-  MeshToEncode* const planned[] = {&source};
+  for (size_t i = 0; i < attributes.size(); ++i) {
+    const auto& [semantic, values, normalized, bits, grid, stated] = attributes[i];
+    if (grid) source.own_codings[i] = {std::get<0>(*grid), coding_of(*grid)};
+    if (bits) source.own_codings[i] = {*bits, {}};
+    source.stated.push_back(stated ? coding_of(*stated) : AttributeCoding());
+    if (stated && is_on_grid_and_beyond(source.mesh.attributes[i], source.stated[i]))
+      source.own_codings[i] = {source.stated[i].bits, source.stated[i]};
+  }
+  return source;
+}
+
+Expected<EncodedMesh> encode_mesh(const MeshView& view, const std::vector<Given>& attributes,
+                                  const EncodeOptions& options, const ThreadPool& pool, const Watch& watch) {
+  Expected<MeshToEncode> source = source_of(view, attributes);
+  if (!source) return source.status();
+  MeshToEncode* const planned[] = {&*source};
   if (Status status = plan(planned, options, pool); !status.ok()) return status;
-  return encode(std::move(source), options, pool, watch);
+  return encode(std::move(*source), options, pool, watch);
 }
 
 EncodeOptions options_of(int position_bits, int normal_bits, int texcoord_bits, int speed) {
@@ -98,25 +144,31 @@ void warn_of_losses(const EncodedMesh& encoded) {
       throw py::error_already_set();
 }
 
-// One ordinary Draco stream, and the bits of its positions. Sequential streams keep the order of points and
-// faces.
+// One ordinary Draco stream, the bits of its positions, and the names of its generic attributes, by unique id.
+// Sequential streams keep the order of points and faces.
 py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
-                 int texcoord_bits, const std::vector<float>& origin, float range, int speed, bool sequential) {
+                 int texcoord_bits, int speed, bool sequential) {
   const MeshView view = view_of(faces, attributes);
   EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
-  options.given.position = true;  // the stream's metadata repeat them
+  // The stream's metadata repeat the bits of positions. A stated grid has its own.
+  options.given.position = !std::get<5>(attributes.at(0)).has_value();
   options.storage = sequential ? Storage::kInOrder : Storage::kOneStream;
   options.keep_duplicates = true;  // as Draco keeps them
   const EncodedMesh done = value_or_throw(interruptible(
-      [&](const Watch& watch) { return encode_mesh(view, options, origin, range, ThreadPool(1), watch); }));
+      [&](const Watch& watch) { return encode_mesh(view, attributes, options, ThreadPool(1), watch); }));
   warn_of_losses(done);
-  return py::make_tuple(bytes_of(done.pieces[0].bytes), done.codings[0].bits);
+  const EncodedPiece& piece = done.pieces[0];
+  py::dict generic;
+  for (size_t i = 0; i < done.requests.size(); ++i)
+    if (draco_semantic(piece.decoded.attributes[i], done.codings[i]) == DracoSemantic::kGeneric)
+      generic[py::int_(done.requests[i].unique_id)] = done.requests[i].semantic;
+  return py::make_tuple(bytes_of(piece.bytes), done.codings[0].bits, std::move(generic));
 }
 
 // (bytes, [(semantic, unique id, component type, components, normalized)], point count, face count)
 py::tuple encode_container(const Indices& faces, const std::vector<Given>& attributes, int position_bits,
-                           int normal_bits, int texcoord_bits, const std::vector<float>& origin, float range,
-                           int speed, uint32_t patch_count, int thread_count) {
+                           int normal_bits, int texcoord_bits, int speed, uint32_t patch_count,
+                           int thread_count) {
   const MeshView view = view_of(faces, attributes);
   EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
   options.storage = Storage::kContainer;
@@ -124,7 +176,7 @@ py::tuple encode_container(const Indices& faces, const std::vector<Given>& attri
   options.patches.always = true;
   const EncodedMesh done = value_or_throw(with_pool(thread_count, [&](const ThreadPool& pool) {
     return interruptible(
-        [&](const Watch& watch) { return encode_mesh(view, options, origin, range, pool, watch); });
+        [&](const Watch& watch) { return encode_mesh(view, attributes, options, pool, watch); });
   }));
   warn_of_losses(done);
   py::list requests;
@@ -138,8 +190,11 @@ py::tuple encode_container(const Indices& faces, const std::vector<Given>& attri
 }  // namespace
 
 void add_encode(py::module_& module) {
-  module.def("encode", &encode);
-  module.def("encode_container", &encode_container);
+  module.def("encode", &encode, py::arg("faces"), py::arg("attributes"), py::arg("position_bits"),
+             py::arg("normal_bits"), py::arg("texcoord_bits"), py::arg("speed"), py::arg("sequential"));
+  module.def("encode_container", &encode_container, py::arg("faces"), py::arg("attributes"),
+             py::arg("position_bits"), py::arg("normal_bits"), py::arg("texcoord_bits"), py::arg("speed"),
+             py::arg("patches"), py::arg("threads"));
 }
 
 }  // namespace psplit::python

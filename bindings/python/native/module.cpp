@@ -1,4 +1,5 @@
-// The module psplit._native: what the package psplit does in C++. The package has the documented interface.
+// The module gltf_psplit._native: what the package gltf_psplit does in C++. The package has the documented
+// interface.
 #include <pybind11/pybind11.h>
 
 #include "bindings/python/native/arrays.h"

@@ -1,20 +1,25 @@
 """Draco streams and containers to meshes."""
 from __future__ import annotations
 
-from typing import Any, Callable, Iterable, List, Mapping, Optional, Tuple, Union
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Tuple, Union, overload
 
 from . import _native
 from ._asset import load
 from ._errors import Error, InvalidInputError
 from ._gltf import COMPONENT_TYPES, COMPONENTS, PATCHES, STOCK
-from ._input import BytesLike, bytes_of, is_container, is_draco, is_gltf
+from ._input import (
+    Source, attribute_name, bytes_of, flag, is_container, is_draco, is_gltf, mapping, optional_dict, thread_count)
 from ._mesh import Mesh
 
+if TYPE_CHECKING:
+    from typing_extensions import Literal
 
-def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
-           out: Optional[Mapping[Union[str, int], np.ndarray]] = None) -> Mesh:
+    from _typeshed import ReadableBuffer
+    from numpy.typing import NDArray
+
+
+def decode(data: Source, *, quantized: bool = False, threads: int = 0,
+           out: Optional[Mapping[Union[str, int], NDArray[Any]]] = None) -> Mesh:
     """Decodes one mesh or point cloud.
 
     Args:
@@ -27,8 +32,9 @@ def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
         threads: at most so many threads; 0: all of the machine. One Draco stream takes one thread, the patches of an
             asset take several. `decode_many` decodes many streams at once.
         out: arrays to fill, by the name or the unique id of an attribute, and "faces". They must have the exact shape
-            and dtype of the result, be C-contiguous and writable. What is not in `out` gets a new array. Only for
-            Draco streams. After an error they hold anything.
+            and dtype of the result. Rows of attributes may lie apart, as in an interleaved vertex buffer; what is between
+            them is not touched. Faces are contiguous. No two rows or arrays may share memory. What is not in `out` gets
+            a new array. Only for Draco streams. After an error they hold anything.
 
     Returns:
         A `Mesh`, with faces (faces, 3) uint32 and arrays of (points, components) in the stream's types. They equal
@@ -39,29 +45,39 @@ def decode(data: BytesLike, *, quantized: bool = False, threads: int = 0,
         UnsupportedError: a Draco bitstream before 2.2 without libdraco, and others that psplit does not decode.
         Error: arrays in `out` that do not fit (code "usage"); a container, which `decode_container` decodes; an asset
             that has not one primitive, which `load` reads.
-        TypeError: `data` is neither bytes-like nor a path.
+        TypeError: `data` is neither bytes-like nor a path, or another argument has the wrong type.
         OSError: the file cannot be read.
 
     The interpreter's lock is released. Thread-safe.
     """
-    source = data
-    data = bytes_of(data)
-    if is_draco(data):
-        return Mesh(*_native.decode(data, quantized, out))
-    if is_container(data):
+    content = bytes_of(data, "data")
+    quantized, threads, arrays = flag(quantized, "quantized"), thread_count(threads), optional_dict(out, "out")
+    if is_draco(content):
+        return Mesh(*_native.decode(content, quantized, arrays))
+    if is_container(content):
         raise Error("this is a container of PSPLIT_mesh_draco_patches, whose attributes are in the JSON of its asset: "
-                    "psplit.load decodes an asset, psplit.decode_container a container with that JSON", code="usage")
-    if not is_gltf(data):
+                    "gltf_psplit.load decodes an asset, gltf_psplit.decode_container a container with that JSON", code="usage")
+    if not is_gltf(content):
         raise InvalidInputError("neither a Draco stream nor glTF")
     if quantized or out is not None:
         raise Error("quantized and out are for Draco streams, and this is glTF", code="usage")
-    primitives = [primitive for mesh in load(source, threads=threads).meshes for primitive in mesh.primitives]
+    primitives = [primitive for mesh in load(data, threads=threads).meshes for primitive in mesh.primitives]
     if len(primitives) != 1:
-        raise Error(f"the asset has {len(primitives)} primitives; psplit.load gives all of them", code="usage")
+        raise Error(f"the asset has {len(primitives)} primitives; gltf_psplit.load gives all of them", code="usage")
     return primitives[0]
 
 
-def decode_many(data: Iterable[BytesLike], *, quantized: bool = False, threads: int = 0,
+@overload
+def decode_many(data: Iterable[Source], *, quantized: bool = False, threads: int = 0,
+                return_exceptions: Literal[False] = False) -> List[Mesh]: ...
+
+
+@overload
+def decode_many(data: Iterable[Source], *, quantized: bool = False, threads: int = 0,
+                return_exceptions: Literal[True]) -> List[Union[Mesh, Exception]]: ...
+
+
+def decode_many(data: Iterable[Source], *, quantized: bool = False, threads: int = 0,
                 return_exceptions: bool = False) -> List[Any]:
     """Decodes many meshes at once, on all threads.
 
@@ -78,12 +94,15 @@ def decode_many(data: Iterable[BytesLike], *, quantized: bool = False, threads: 
     Raises:
         What `decode` raises.
     """
+    quantized, threads, returns = flag(quantized, "quantized"), thread_count(threads), flag(return_exceptions, "return_exceptions")
+    if isinstance(data, (str, bytes)) or not isinstance(data, Iterable):
+        raise TypeError(f"data is a {type(data).__name__}, not a list of what gltf_psplit.decode takes")
     results: List[Any] = []
     streams, places = [], []
     for item in data:
         results.append(None)
         try:
-            content = bytes_of(item)
+            content = bytes_of(item, f"data[{len(results) - 1}]")
             if is_draco(content):
                 streams.append(content)
                 places.append(len(results) - 1)
@@ -93,16 +112,16 @@ def decode_many(data: Iterable[BytesLike], *, quantized: bool = False, threads: 
             results[-1] = error
     for place, result in zip(places, _native.decode_many(streams, quantized, threads)):
         results[place] = result if isinstance(result, BaseException) else Mesh(*result)
-    if not return_exceptions:
+    if not returns:
         for result in results:
             if isinstance(result, BaseException):
                 raise result
     return results
 
 
-def decode_container(data: BytesLike, attributes: Mapping[str, int], accessors: Mapping[str, Mapping[str, Any]], *,
+def decode_container(data: Source, attributes: Mapping[str, int], accessors: Mapping[str, Mapping[str, Any]], *,
                      extension: str = PATCHES, threads: int = 0,
-                     out: Optional[Mapping[Union[str, int], np.ndarray]] = None) -> Mesh:
+                     out: Optional[Mapping[Union[str, int], NDArray[Any]]] = None) -> Mesh:
     """Decodes the bytes of a compressed primitive, of which the caller has the JSON.
 
     Args:
@@ -122,34 +141,41 @@ def decode_container(data: BytesLike, attributes: Mapping[str, int], accessors: 
     """
     if extension not in (PATCHES, STOCK):
         raise Error(f"{extension!r} is none of {PATCHES} and {STOCK}", code="usage")
+    accessors, attributes = mapping(accessors, "accessors"), mapping(attributes, "attributes")
     requests = [_request_of(name, unique_id, accessors) for name, unique_id in attributes.items()]
     point_count = max((_count_of(accessors, name) for name in attributes), default=0)
     index_count = _count_of(accessors, "indices") if "indices" in accessors else 0
-    return Mesh(*_native.decode_primitive(bytes_of(data), requests, extension == STOCK, point_count, index_count, threads,
-                                          out))
+    return Mesh(*_native.decode_primitive(bytes_of(data, "data"), requests, extension == STOCK, point_count, index_count,
+                                          thread_count(threads), optional_dict(out, "out")))
 
 
-def _request_of(name: str, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> Tuple[str, int, int, int, bool]:
-    accessor = accessors.get(name)
-    if accessor is None:
-        raise Error(f"no accessor for {name}", code="usage")
+def _request_of(name: Any, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> Tuple[str, int, int, int, bool]:
+    name = attribute_name(name, "attributes")
+    accessor = _accessor_of(accessors, name)
     if not isinstance(unique_id, int) or not 0 <= unique_id <= 0xFFFFFFFF:
         raise Error(f"{name} has the unique id {unique_id!r}", code="usage")
     component_type, kind = accessor.get("componentType"), accessor.get("type")
-    if component_type not in COMPONENT_TYPES or kind not in COMPONENTS:
+    if not (isinstance(component_type, int) and component_type in COMPONENT_TYPES and isinstance(kind, str) and kind in COMPONENTS):
         raise Error(f"the accessor of {name} has the componentType {component_type!r} and the type {kind!r}", code="usage")
     return name, unique_id, component_type, COMPONENTS[kind], bool(accessor.get("normalized", False))
 
 
+def _accessor_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> Mapping[str, Any]:
+    accessor = accessors.get(name)
+    if not isinstance(accessor, Mapping):
+        raise Error(f"no accessor for {name}", code="usage")
+    return accessor
+
+
 def _count_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> int:
     """The count of an accessor; 0 if it has none."""
-    count = accessors[name].get("count", 0)
+    count = _accessor_of(accessors, name).get("count", 0)
     if not isinstance(count, int) or not 0 <= count <= 0xFFFFFFFF:
         raise Error(f"the accessor of {name} has the count {count!r}", code="usage")
     return count
 
 
-def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buffer_view: Callable[[int], Any], *,
+def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buffer_view: Callable[[int], ReadableBuffer], *,
                      threads: int = 0) -> Optional[Mesh]:
     """Decodes a primitive for a program that has the JSON of its asset and reads the buffers itself.
 
@@ -169,6 +195,9 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
     Raises:
         What `decode_container` raises; InvalidInputError if the JSON lacks something.
     """
+    gltf, primitive, threads = mapping(gltf, "gltf"), mapping(primitive, "primitive"), thread_count(threads)
+    if not callable(buffer_view):
+        raise TypeError(f"buffer_view is a {type(buffer_view).__name__}, not a function")
     try:
         extensions = primitive.get("extensions", {})
         extension = next((name for name in (PATCHES, STOCK) if name in extensions), None)
@@ -190,7 +219,8 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
         accessors = {name: gltf["accessors"][index] for name, index in indices.items()}
     except (KeyError, IndexError, TypeError, AttributeError) as error:
         raise InvalidInputError(f"the JSON of the primitive is not as glTF has it: {error!r}") from error
-    return decode_container(buffer_view(view), attributes, accessors, extension=extension, threads=threads)
+    data = bytes_of(buffer_view(view), f"what buffer_view({view!r}) returned")
+    return decode_container(data, attributes, accessors, extension=extension, threads=threads)
 
 
 def release_scratch() -> None:

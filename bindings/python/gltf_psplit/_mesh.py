@@ -1,9 +1,13 @@
 """Decoded meshes."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, Optional
+from typing import TYPE_CHECKING, Any, Dict, Iterator, KeysView, List, Optional, Tuple, TypeVar, Union, overload
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Default = TypeVar("Default")
 
 
 class Metadata:
@@ -15,7 +19,7 @@ class Metadata:
 
     __slots__ = ("entries", "_parts")
 
-    def __init__(self, entries: Dict[str, bytes], parts: Dict[str, tuple]) -> None:
+    def __init__(self, entries: Dict[str, bytes], parts: Dict[str, Tuple[Any, Any]]) -> None:
         self.entries = entries
         self._parts = parts
 
@@ -31,14 +35,15 @@ class Metadata:
         return name in self.entries
 
     def __repr__(self) -> str:
-        return f"psplit.Metadata({sorted(self.entries)}, parts={sorted(self._parts)})"
+        return f"gltf_psplit.Metadata({sorted(self.entries)}, parts={sorted(self._parts)})"
 
 
 class Attribute:
     """One attribute of a mesh, as the data describe it.
 
     Attributes:
-        name: glTF's name: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0". Others are "_GENERIC_0" and so on.
+        name: glTF's name: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0". Others have the name that the stream's metadata
+            say, such as "JOINTS_0", or are "_GENERIC_0" and so on.
         unique_id: Draco's unique id; None for attributes of an asset.
         values: array of (points, components), one row for each point, in the type of the data. Writable.
         normalized: whether integers stand for fractions, as in glTF.
@@ -52,8 +57,8 @@ class Attribute:
 
     __slots__ = ("name", "unique_id", "values", "normalized", "bits", "origin", "range", "are_integers", "metadata")
 
-    def __init__(self, name: str, unique_id: Optional[int], values: np.ndarray, normalized: bool = False,
-                 bits: Optional[int] = None, origin: Optional[np.ndarray] = None, range: Optional[float] = None,
+    def __init__(self, name: str, unique_id: Optional[int], values: NDArray[Any], normalized: bool = False,
+                 bits: Optional[int] = None, origin: Optional[NDArray[np.float32]] = None, range: Optional[float] = None,
                  are_integers: bool = False, metadata: Optional[Metadata] = None) -> None:
         self.name = name
         self.unique_id = unique_id
@@ -66,7 +71,7 @@ class Attribute:
         self.metadata = metadata
 
     def __repr__(self) -> str:
-        return f"<psplit.Attribute {self.name}: {self.values.dtype} {self.values.shape}>"
+        return f"<gltf_psplit.Attribute {self.name}: {self.values.dtype} {self.values.shape}>"
 
 
 class Mesh:
@@ -87,8 +92,8 @@ class Mesh:
 
     __slots__ = ("faces", "point_count", "attributes", "coding", "metadata")
 
-    def __init__(self, coding: str, point_count: int, faces: np.ndarray, attributes: List[tuple],
-                 metadata: Optional[tuple] = None) -> None:
+    def __init__(self, coding: str, point_count: int, faces: NDArray[np.uint32], attributes: List[Tuple[Any, ...]],
+                 metadata: Optional[Tuple[Any, Any]] = None) -> None:
         self.coding = coding
         self.point_count = point_count
         self.faces = faces
@@ -101,15 +106,21 @@ class Mesh:
                 if attribute.unique_id in of_attributes:
                     attribute.metadata = Metadata(*of_attributes[attribute.unique_id])
 
-    def by_id(self, unique_id: int) -> np.ndarray:
+    def by_id(self, unique_id: int) -> NDArray[Any]:
         """The array of the attribute with this unique id of Draco's. KeyError if there is none."""
         for attribute in self.attributes.values():
             if attribute.unique_id == unique_id:
                 return attribute.values
         raise KeyError(unique_id)
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> NDArray[Any]:
         return self.attributes[name].values
+
+    @overload
+    def get(self, name: str) -> Optional[NDArray[Any]]: ...
+
+    @overload
+    def get(self, name: str, default: Default) -> Union[NDArray[Any], Default]: ...
 
     def get(self, name: str, default: Any = None) -> Any:
         """The array of an attribute, or `default`."""
@@ -125,30 +136,30 @@ class Mesh:
     def __len__(self) -> int:
         return len(self.attributes)
 
-    def keys(self):
+    def keys(self) -> KeysView[str]:
         """The names of the attributes; with `mesh[name]`, this makes `dict(mesh)` a dict of arrays."""
         return self.attributes.keys()
 
     @property
-    def points(self) -> np.ndarray:
+    def points(self) -> NDArray[Any]:
         """The positions: (points, 3), in most streams float32. KeyError if there are none."""
         return self["POSITION"]
 
     @property
-    def normals(self) -> Optional[np.ndarray]:
+    def normals(self) -> Optional[NDArray[Any]]:
         """The normals, or None."""
         return self.get("NORMAL")
 
     @property
-    def tex_coord(self) -> Optional[np.ndarray]:
+    def tex_coord(self) -> Optional[NDArray[Any]]:
         """The first texture coordinates, or None."""
         return self.get("TEXCOORD_0")
 
     @property
-    def colors(self) -> Optional[np.ndarray]:
+    def colors(self) -> Optional[NDArray[Any]]:
         """The first colours, or None."""
         return self.get("COLOR_0")
 
     def __repr__(self) -> str:
         kind = type(self).__name__
-        return f"<psplit.{kind}: {len(self.faces)} faces, {self.point_count} points, {', '.join(self.attributes)}>"
+        return f"<gltf_psplit.{kind}: {len(self.faces)} faces, {self.point_count} points, {', '.join(self.attributes)}>"

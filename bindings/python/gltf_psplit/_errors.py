@@ -1,7 +1,7 @@
-"""The exceptions of psplit."""
+"""The exceptions of the package."""
 from __future__ import annotations
 
-from typing import Optional
+from typing import Any, Optional, Tuple, Type
 
 
 class Error(ValueError):
@@ -23,7 +23,7 @@ class Error(ValueError):
         self.mesh = mesh
         self.primitive = primitive
 
-    def __reduce__(self):  # so that it passes between processes
+    def __reduce__(self) -> Tuple[Any, ...]:  # so that it passes between processes
         return _unpickled, (type(self), str(self), self.code, self.patch, self.mesh, self.primitive)
 
 
@@ -51,5 +51,6 @@ def error_of(code: str, message: str, patch: Optional[int], mesh: Optional[int],
     return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)
 
 
-def _unpickled(kind, message, code, patch, mesh, primitive):
+def _unpickled(kind: Type[Error], message: str, code: str, patch: Optional[int], mesh: Optional[int],
+               primitive: Optional[int]) -> Error:
     return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)

@@ -3,15 +3,21 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Dict, List, NamedTuple, Optional
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar, Union, overload
 
 import numpy as np
 
 from . import _native
-from ._errors import InvalidInputError, UnsupportedError
+from ._errors import Error, InvalidInputError, UnsupportedError
 from ._gltf import PATCHES
-from ._input import BytesLike
+from ._input import Source, bytes_of, flag, integer, thread_count
 from ._mesh import Mesh
+
+if TYPE_CHECKING:
+    from typing_extensions import Literal
+
+    from numpy.typing import NDArray
 
 
 class Primitive(Mesh):
@@ -27,7 +33,7 @@ class Primitive(Mesh):
 
     __slots__ = ("elements", "mode", "material", "targets")
 
-    def __init__(self, corners: int, mesh: tuple, targets: List[Dict[str, np.ndarray]], mode: int,
+    def __init__(self, corners: int, mesh: Tuple[Any, ...], targets: List[Dict[str, NDArray[Any]]], mode: int,
                  material: Optional[Dict[str, Any]]) -> None:
         super().__init__(*mesh)
         # Rows have three columns in any case; lines and points use the first ones.
@@ -39,11 +45,16 @@ class Primitive(Mesh):
         self.targets = targets
 
 
-class AssetMesh(NamedTuple):
+# A primitive, or also the exception in its place (`load`).
+Loaded = TypeVar("Loaded", Primitive, Union[Primitive, Error])
+
+
+@dataclass
+class AssetMesh(Generic[Loaded]):
     """A mesh of an asset: its name in the JSON, or None, and its primitives."""
 
     name: Optional[str]
-    primitives: List[Primitive]
+    primitives: List[Loaded]
 
 
 class Instance(NamedTuple):
@@ -56,31 +67,31 @@ class Instance(NamedTuple):
     """
 
     mesh: int
-    matrix: np.ndarray
+    matrix: NDArray[np.float64]
     node: int
 
 
-class Asset:
-    """A glTF asset.
+class Asset(Generic[Loaded]):
+    """A glTF asset. It can be copied and pickled, then with the bytes of all buffer views.
 
     Attributes:
         json: the JSON of the asset, as it was read: a dict.
         meshes: list of `AssetMesh`. All primitives are decoded.
     """
 
-    def __init__(self, native: "_native.Asset", threads: int, return_exceptions: bool) -> None:
-        self._native = native
+    def __init__(self, native: _native.Asset, threads: int, return_exceptions: bool) -> None:
+        self._views: Union[_native.Asset, List[Union[bytes, Error]]] = native
         self.json: Dict[str, Any] = json.loads(native.json())
-        self.meshes: List[AssetMesh] = []
+        self.meshes: List[AssetMesh[Loaded]] = []
         records = self.json.get("meshes", [])
         for record, primitives in zip(records, native.primitives(threads)):
-            mesh = AssetMesh(record.get("name"), [])
+            mesh: AssetMesh[Any] = AssetMesh(record.get("name"), [])
             fine = record.get("extensions", {}).get(PATCHES, record)["primitives"]
             for described, decoded in zip(fine, primitives):
-                if isinstance(decoded, BaseException):
+                if isinstance(decoded, Exception):
                     if not return_exceptions:
                         raise decoded
-                    mesh.primitives.append(decoded)  # type: ignore[arg-type]
+                    mesh.primitives.append(decoded)
                     continue
                 material = described.get("material")
                 mesh.primitives.append(Primitive(*decoded, described.get("mode", 4),
@@ -89,7 +100,29 @@ class Asset:
 
     def buffer_view(self, index: int) -> bytes:
         """The bytes of a buffer view, for example of an image. IndexError if there is none."""
-        return self._native.buffer_view(index)
+        views = self._views
+        count = len(views) if isinstance(views, list) else views.buffer_view_count()
+        try:
+            index = integer(index, "index", 0, count - 1)
+        except ValueError:
+            raise IndexError(f"index is {index}, and the asset has {count} buffer views") from None
+        view = views[index] if isinstance(views, list) else views.buffer_view(index)
+        if isinstance(view, Error):
+            raise view
+        return view
+
+    def __getstate__(self) -> Dict[str, Any]:
+        """What is pickled: buffer views as bytes, or the errors that they have."""
+
+        def view(index: int) -> Union[bytes, Error]:
+            try:
+                return self.buffer_view(index)
+            except Error as error:
+                return error
+
+        views = self._views
+        count = len(views) if isinstance(views, list) else views.buffer_view_count()
+        return {**self.__dict__, "_views": [view(index) for index in range(count)]}
 
     def instances(self, scene: Optional[int] = None) -> List[Instance]:
         """The nodes of a scene that draw meshes, with their places in it.
@@ -103,6 +136,8 @@ class Asset:
         """
         nodes = self.json.get("nodes", [])
         scenes = self.json.get("scenes", [])
+        if scene is not None and not 0 <= integer(scene, "scene", -2**63, 2**63) < len(scenes):
+            raise IndexError(f"scene is {scene}, and the asset has {len(scenes)} scenes")
         if scenes:
             roots = scenes[self.json.get("scene", 0) if scene is None else scene].get("nodes", [])
         else:
@@ -124,10 +159,10 @@ class Asset:
         return instances
 
     def __repr__(self) -> str:
-        return f"<psplit.Asset: {len(self.meshes)} meshes, {sum(len(mesh.primitives) for mesh in self.meshes)} primitives>"
+        return f"<gltf_psplit.Asset: {len(self.meshes)} meshes, {sum(len(mesh.primitives) for mesh in self.meshes)} primitives>"
 
 
-def matrix_of(node: Dict[str, Any]) -> np.ndarray:
+def matrix_of(node: Dict[str, Any]) -> NDArray[np.float64]:
     """The matrix of a node in its parent's space: (4, 4) float64."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T  # glTF stores columns
@@ -141,7 +176,15 @@ def matrix_of(node: Dict[str, Any]) -> np.ndarray:
     return matrix
 
 
-def load(source: BytesLike, *, threads: int = 0, return_exceptions: bool = False) -> Asset:
+@overload
+def load(source: Source, *, threads: int = 0, return_exceptions: Literal[False] = False) -> Asset[Primitive]: ...
+
+
+@overload
+def load(source: Source, *, threads: int = 0, return_exceptions: Literal[True]) -> Asset[Union[Primitive, Error]]: ...
+
+
+def load(source: Source, *, threads: int = 0, return_exceptions: bool = False) -> Any:
     """Reads a glTF asset and decodes all of its primitives.
 
     Args:
@@ -154,16 +197,17 @@ def load(source: BytesLike, *, threads: int = 0, return_exceptions: bool = False
 
     Raises:
         InvalidInputError, UnsupportedError: with `mesh`, `primitive` and `patch`, as far as they are known.
-        UnsupportedError: this psplit was built without its encoder; `decode_primitive` works without.
+        UnsupportedError: this package was built without its encoder; `decode_primitive` works without.
         OSError: the file cannot be read. Error with the code "io": one of its buffers cannot be read.
     """
     if not hasattr(_native, "Asset"):
-        raise UnsupportedError("this psplit was built without its encoder, which psplit.load needs; psplit.decode_primitive "
+        raise UnsupportedError("this package was built without its encoder, which gltf_psplit.load needs; gltf_psplit.decode_primitive "
                                "decodes a primitive of an asset whose JSON was read by others")
+    threads, return_exceptions = thread_count(threads), flag(return_exceptions, "return_exceptions")
     if isinstance(source, (str, os.PathLike)):
         with open(source, "rb"):  # raises what Python's programs expect
             pass
-        native = _native.Asset(os.fsencode(source), None)  # type: ignore[arg-type]
+        native = _native.Asset(os.fsencode(source), None)
     else:
-        native = _native.Asset("", source)
+        native = _native.Asset("", bytes_of(source, "source"))
     return Asset(native, threads, return_exceptions)

@@ -1,7 +1,7 @@
 """Lets trimesh load glTF assets in PSPLIT_mesh_draco_patches and KHR_draco_mesh_compression.
 
-    import psplit.trimesh_handler
-    psplit.trimesh_handler.register()
+    import gltf_psplit.trimesh_handler
+    gltf_psplit.trimesh_handler.register()
     scene = trimesh.load("dragon.glb")
 
 It needs a trimesh that has handlers of the scope "primitive_preprocess" (`trimesh.exchange.gltf.extensions`). trimesh
@@ -23,7 +23,7 @@ def register() -> None:
 
     ImportError: trimesh is missing, or has no handlers of extensions.
     """
-    from trimesh.exchange.gltf.extensions import register_handler
+    from trimesh.exchange.gltf.extensions import register_handler  # type: ignore[import]
 
     register_handler(PATCHES, scope="primitive_preprocess")(decode_patches)
     register_handler(STOCK, scope="primitive_preprocess")(decode_stock)

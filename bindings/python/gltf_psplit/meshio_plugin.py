@@ -1,28 +1,26 @@
 """Lets meshio read and write Draco files.
 
-    import psplit.meshio_plugin
-    psplit.meshio_plugin.register()
+    import gltf_psplit.meshio_plugin
+    gltf_psplit.meshio_plugin.register()
     mesh = meshio.read("bunny.drc")
 
-Attributes but the positions are point data by their names in glTF. Faces are cells "triangle"; the points of a point cloud
-are cells "vertex". Writing needs psplit's encoder, and takes the parameters of `psplit.encode`.
+Attributes but the positions are point data by their names. Faces are cells "triangle"; the points of a point cloud are cells
+"vertex". Writing needs the package's encoder, and takes the parameters of `gltf_psplit.encode`.
 """
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import Any, List
 
 import numpy as np
 
 from . import _decode, _encode
 from ._errors import Error
 
-_PARAMETERS = {"NORMAL": "normals", "TEXCOORD_0": "tex_coord", "COLOR_0": "colors"}
-
 
 def register() -> None:
     """Registers the format "draco" for .drc. ImportError: meshio is missing."""
-    import meshio
+    import meshio  # type: ignore[import]
 
     meshio.register_format("draco", [".drc"], read, {"draco": write})
 
@@ -35,31 +33,28 @@ def read(file: Any) -> Any:
         mesh = _decode.decode(file.read() if hasattr(file, "read") else file)
     except Error as error:
         raise meshio.ReadError(str(error)) from error
-    cells = [("triangle", mesh.faces)] if mesh.coding[:5] != "cloud" else \
-        [("vertex", np.arange(mesh.point_count).reshape(-1, 1))]
+    is_cloud = mesh.coding.startswith("cloud-")
+    cells: List[Any] = [("vertex", np.arange(mesh.point_count).reshape(-1, 1)) if is_cloud else ("triangle", mesh.faces)]
     return meshio.Mesh(mesh.points, cells, point_data={name: mesh[name] for name in mesh if name != "POSITION"})
 
 
 def write(file: Any, mesh: Any, **parameters: Any) -> None:
-    """Writes the triangles of a `meshio.Mesh` as a Draco file. Warns about data that Draco files of psplit cannot have."""
+    """Writes the triangles of a `meshio.Mesh` as a Draco file, with its point data. Warns about cell data, which it leaves out."""
     import meshio
 
     others = sorted({cells.type for cells in mesh.cells} - {"triangle"})
     if others:
-        raise meshio.WriteError(f"psplit writes triangles, and the mesh has cells of {', '.join(others)}")
+        raise meshio.WriteError(f"gltf_psplit writes triangles, and the mesh has cells of {', '.join(others)}")
     faces = [cells.data for cells in mesh.cells]
     points = np.asarray(mesh.points)
     if points.shape[1] == 2:  # meshio has meshes in the plane
         points = np.column_stack([points, np.zeros(len(points))])
-    left_out = sorted(set(mesh.point_data) - set(_PARAMETERS)) + sorted(mesh.cell_data)
-    if left_out:
-        warnings.warn(f"psplit does not write the data {', '.join(left_out)}", stacklevel=2)
-    for name, parameter in _PARAMETERS.items():
-        if name in mesh.point_data:
-            parameters.setdefault(parameter, mesh.point_data[name])
+    if mesh.cell_data:
+        warnings.warn(f"Draco has no cell data: {', '.join(sorted(mesh.cell_data))} is left out", stacklevel=2)
     try:
-        stream = _encode.encode(points, np.concatenate(faces) if faces else np.zeros((0, 3), np.uint32), **parameters)
-    except Error as error:
+        stream = _encode.encode(points, np.concatenate(faces) if faces else np.zeros((0, 3), np.uint32),
+                                **{"attributes": mesh.point_data, **parameters})
+    except (TypeError, ValueError) as error:
         raise meshio.WriteError(str(error)) from error
     if hasattr(file, "write"):
         file.write(stream)

@@ -1,6 +1,6 @@
 """Decodes Draco meshes and point clouds to numpy arrays, several times as fast as libdraco.
 
-    mesh = psplit.decode("bunny.drc")
+    mesh = gltf_psplit.decode("bunny.drc")
     mesh.faces, mesh.points, mesh["NORMAL"]
 
 `decode` takes one Draco stream, `decode_many` many, `load` a whole glTF asset, `decode_container` and `decode_primitive`
