@@ -14,6 +14,7 @@
 #include "encoder/encode_mesh.h"
 #include "encoder/encode_streams.h"
 #include "encoder/shared_codings.h"
+#include "encoder/stream/cloud_stream.h"
 #include "encoder/welding/reduce.h"
 #include "src/catch_exceptions.h"
 #include "src/mesh/number_of.h"
@@ -37,11 +38,14 @@ Status check_options(const EncodeOptions& options) {
   if (options.encode_speed < 0 || options.encode_speed > kMostEncodeSpeed)
     return wrong_usage("encode speed " + std::to_string(options.encode_speed) + "; 0 to " +
                        std::to_string(kMostEncodeSpeed) + " are possible");
+  if (options.storage == Storage::kCloud && options.position_bits_by_edges)
+    return wrong_usage("a point cloud has no edges that choose the bits of its positions");
   return {};
 }
 
 ReduceOptions reduce_options(const EncodeOptions& options) {
-  if (options.storage == Storage::kInOrder) return {.keep_duplicates = true};
+  if (options.storage == Storage::kInOrder || options.storage == Storage::kCloud)
+    return {.keep_duplicates = true};
   const bool is_stock = options.storage == Storage::kOneStream;
   // A patch of its own cannot store unused points.
   const bool cannot_keep_unused = is_stock || options.storage == Storage::kStreams;
@@ -69,10 +73,12 @@ struct DistinctBytes {
   }
 };
 
-Status check_input(const MeshToEncode& mesh) {
+Status check_input(const MeshToEncode& mesh, bool is_cloud) {
   const std::vector<AttributeCoding> exactly(mesh.mesh.attributes.size());
   if (Status status = check_mesh(mesh.mesh, exactly); !status.ok()) return status;
-  if (mesh.mesh.faces.empty()) return invalid_input("the mesh has no triangles");
+  if (is_cloud && !mesh.mesh.faces.empty()) return invalid_input("a point cloud has no faces");
+  if (is_cloud && mesh.mesh.point_count == 0) return invalid_input("the point cloud has no points");
+  if (!is_cloud && mesh.mesh.faces.empty()) return invalid_input("the mesh has no triangles");
   for (const PointData& data : mesh.distinct)
     if (data.values.size() != data.width * mesh.mesh.point_count)
       return invalid_input("data beside the attributes have another number of points");
@@ -113,6 +119,18 @@ Status apply_own_codings(const EncodeOptions& options, MeshToEncode& mesh) {
     weight_bits = bits;
   }
   return {};
+}
+
+// Normals of a cloud get a grid of their components if everything else allows a tree.
+void prefer_tree(const EncodeOptions& options, MeshToEncode& cloud) {
+  std::vector<AttributeCoding> codings = cloud.codings;
+  for (size_t i = 0; i < codings.size(); ++i) {
+    if (!codings[i].octahedral) continue;
+    Expected<AttributeCoding> grid = fit_grid(cloud.mesh.attributes[i], codings[i].bits);
+    if (!grid) return;
+    codings[i] = std::move(*grid);
+  }
+  if (becomes_tree(cloud.mesh, codings, options.encode_speed)) cloud.codings = std::move(codings);
 }
 
 // Says which whole numbers the given bits round.
@@ -160,6 +178,7 @@ Expected<EncodedMesh> encode_planned(const MeshToEncode& source, const EncodeOpt
   streams.in_order =
       options.storage == Storage::kInOrder ||
       (options.storage == Storage::kOneStream && std::ranges::all_of(source.mesh.faces, repeats_a_point));
+  streams.is_cloud = options.storage == Storage::kCloud;
   if (watch.progress) streams.patch_encoded = [&](size_t faces) { watch.progress(done += faces, face_count); };
   streams.stop = watch.stop;
   if (freed != nullptr) streams.free_input = [freed] { free_arrays(*freed); };
@@ -288,9 +307,10 @@ Status plan_all(Span<MeshToEncode* const> meshes, const EncodeOptions& options, 
   mesh_of_error = 0;
   if (Status status = check_options(options); !status.ok()) return status;
   const EncodeOptions coding = options.with_first_bits();
+  const bool is_cloud = options.storage == Storage::kCloud;
   std::vector<uint64_t> faces;
   for (mesh_of_error = 0; mesh_of_error < meshes.size(); ++mesh_of_error) {
-    if (Status status = check_input(*meshes[mesh_of_error]); !status.ok()) return status;
+    if (Status status = check_input(*meshes[mesh_of_error], is_cloud); !status.ok()) return status;
     faces.push_back(meshes[mesh_of_error]->mesh.faces.size());
   }
   auto codings = choose_shared_codings(meshes, coding, pool, kept);
@@ -308,6 +328,7 @@ Status plan_all(Span<MeshToEncode* const> meshes, const EncodeOptions& options, 
     mesh.notes = std::move(notes[mesh_of_error]);
     mesh.patch_count = counts[mesh_of_error];
     if (Status status = apply_own_codings(coding, mesh); !status.ok()) return status;
+    if (is_cloud) prefer_tree(options, mesh);
     note_rounded_numbers(coding, mesh);
     round_mesh_weights(mesh);
   }

@@ -8,6 +8,7 @@
 #include "encoder/encode_parts.h"
 #include "encoder/encode_streams.h"
 #include "encoder/spill.h"
+#include "encoder/stream/cloud_stream.h"
 #include "encoder/stream/encode_stream.h"
 #include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
@@ -42,6 +43,18 @@ bool is_worth_order_of_creation(const EncodedMesh& created, const EncodedMesh& b
   return bytes < bytes_of(by_bytes) && (!is_stock || bytes + kMostJsonBytes < by_bytes.pieces[0].bytes.size());
 }
 
+EncodedPiece lone_stream(std::vector<uint8_t> bytes, Mesh decoded, std::vector<uint32_t> source_point) {
+  EncodedPiece piece;
+  piece.is_container = false;
+  piece.bytes = std::move(bytes);
+  piece.point_count = piece.used_point_count = decoded.point_count;
+  piece.face_count = static_cast<uint32_t>(decoded.faces.size());
+  piece.entries = {{static_cast<uint32_t>(piece.bytes.size()), piece.face_count, piece.point_count, 0, 0}};
+  piece.decoded = std::move(decoded);
+  piece.source_point = std::move(source_point);
+  return piece;
+}
+
 // The mesh as one sequential stream, which keeps all faces and points, and their order.
 Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCoding> codings,
                                       const StreamOptions& options, const ThreadPool& pool) {
@@ -61,14 +74,46 @@ Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCodi
                                  : Status();
   if (!status.ok()) return status;
   encoded.statistics.verify_ms = verify_time.ms();
-  EncodedPiece& piece = encoded.pieces.emplace_back();
-  piece.is_container = false;
-  piece.bytes = std::move(*bytes);
-  piece.point_count = piece.used_point_count = decoded->point_count;
-  piece.face_count = static_cast<uint32_t>(decoded->faces.size());
-  piece.entries = {{static_cast<uint32_t>(piece.bytes.size()), piece.face_count, piece.point_count, 0, 0}};
-  piece.decoded = std::move(*decoded);
-  piece.source_point = std::move(whole.points);
+  encoded.pieces.push_back(lone_stream(std::move(*bytes), std::move(*decoded), std::move(whole.points)));
+  return encoded;
+}
+
+Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> bytes) {
+  Expected<DracoGeometry> decoded = decode_geometry(bytes);
+  if (!decoded) return runtime_failure("an encoded point cloud is refused: " + decoded.status().to_string());
+  Mesh mesh{decoded->point_count, {}, {}};
+  const std::vector<AttributeRequest> requests = stream_requests(cloud);
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const AttributeRequest& request = requests[i];
+    mesh.attributes.push_back({request.semantic, request.component_type, request.component_count,
+                               request.normalized, std::move(decoded->attributes[request.unique_id].values)});
+  }
+  return mesh;
+}
+
+Expected<EncodedMesh> encode_whole_cloud(const Mesh& cloud, Span<const AttributeCoding> codings,
+                                         const StreamOptions& options, const ThreadPool& pool) {
+  if (!cloud.faces.empty()) return invalid_input("a point cloud has no faces");
+  if (options.by_libdraco) return unsupported("libdraco is a reference for meshes, not for point clouds");
+  EncodedMesh encoded;
+  const Stopwatch encode_time;
+  const bool is_tree = becomes_tree(cloud, codings, options.encode_speed);
+  Expected<EncodedCloud> stream = encode_cloud(cloud, codings, is_tree, options.encode_speed);
+  if (!stream) return stream.status();
+  if (stream->bytes.size() > 0xffffffffu) return unsupported("a point cloud takes more than 4 GB");
+  encoded.statistics.encode_ms = encode_time.ms();
+  encoded.requests = stream_requests(cloud);
+  const Stopwatch verify_time;
+  Expected<Mesh> decoded = decode_cloud(cloud, stream->bytes);
+  if (!decoded) return decoded.status();
+  if (options.verify)
+    if (Status status = verify_mesh(cloud, codings, *decoded, stream->source_point, 0, false, pool,
+                                    encoded.statistics.position_error);
+        !status.ok())
+      return status;
+  encoded.statistics.verify_ms = verify_time.ms();
+  encoded.pieces.push_back(
+      lone_stream(std::move(stream->bytes), std::move(*decoded), std::move(stream->source_point)));
   return encoded;
 }
 
@@ -88,6 +133,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
                                   const StreamOptions& options, const ThreadPool& pool,
                                   Span<const std::byte> extra_point_data, size_t extra_stride) {
   if (Status invalid = check_mesh(input, codings); !invalid.ok()) return invalid;
+  if (options.is_cloud) return encode_whole_cloud(input, codings, options, pool);
   if (input.faces.empty()) return invalid_input("the mesh has no triangles");
   if (options.in_order) return encode_in_order(input, codings, options, pool);
   if (extra_point_data.size() != extra_stride * input.point_count)

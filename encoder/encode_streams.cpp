@@ -189,7 +189,7 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
       return invalid_input(attribute.semantic + " has values for another number of points");
     // glTF allows no vertex attribute of 32-bit integers, and libdraco's encoder, the reference, takes memory
     // by the largest value.
-    if (attribute.component_type == ComponentType::kUint32)
+    if (attribute.component_type == ComponentType::kUint32 && !mesh.faces.empty())
       return unsupported(attribute.semantic + " holds 32-bit integers");
     if (coding.bits == 0) continue;
     if (!is_float || coding.bits < (coding.octahedral ? 2 : 1) || coding.bits > kMostGridBits)

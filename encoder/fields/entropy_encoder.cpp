@@ -163,16 +163,27 @@ void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
   const uint32_t zero = std::clamp(static_cast<uint32_t>(part * 256.0 + 0.5), 1u, 255u), one = 256 - zero;
   constexpr uint32_t kBase = 4096;
   uint32_t state = kBase;
-  std::vector<uint8_t> block;
+  // Division by a product: states are below 2^20, so that the quotient is exact.
+  struct Coder {
+    uint32_t prob, first;
+    uint64_t inverse;  // 2^32 / prob, rounded up
+  };
+  const auto coder = [](uint32_t prob, uint32_t first) {
+    return Coder{prob, first, ((uint64_t{1} << 32) + prob - 1) / prob};
+  };
+  const Coder coders[] = {coder(zero, one), coder(one, 0)};
+  std::vector<uint8_t> block(flags.size() + sizeof state);  // a flag takes at most a byte
+  size_t size = 0;
   for (size_t i = flags.size(); i-- > 0;) {
-    const bool flag = flags[i] != 0;
-    const uint32_t prob = flag ? one : zero;
-    if (state >= prob << 12) {
-      block.push_back(static_cast<uint8_t>(state));
-      state >>= 8;
-    }
-    state = (state / prob << 8) + state % prob + (flag ? 0 : one);
+    const Coder& of = coders[flags[i] != 0 ? 1 : 0];
+    block[size] = static_cast<uint8_t>(state);
+    const bool is_full = state >= of.prob << 12;
+    size += is_full ? 1 : 0;
+    state >>= is_full ? 8 : 0;
+    const auto quotient = static_cast<uint32_t>(state * of.inverse >> 32);
+    state = (quotient << 8) + (state - quotient * of.prob) + of.first;
   }
+  block.resize(size);
   write_state(state - kBase, block);
   out.push_back(static_cast<uint8_t>(zero));
   append_block(block, out);

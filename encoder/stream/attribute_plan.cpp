@@ -49,6 +49,14 @@ Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& p
              : Scheme::kConstrainedMultiParallelogram;
 }
 
+// Draco's descriptions of attributes whose caller does not give them. In a cloud nothing is predicted by the
+// type, so that exact normals are of theirs.
+DracoLabel label_of(const Attribute& attribute, const AttributeCoding& coding, bool is_cloud) {
+  const bool is_exact_normal = is_cloud && attribute.semantic == "NORMAL" && coding.bits == 0;
+  return {is_exact_normal ? DracoSemantic::kNormal : draco_semantic(attribute, coding),
+          stored_type(attribute.component_type)};
+}
+
 std::vector<size_t> own_order(const Mesh& mesh) {
   std::vector<size_t> order(mesh.attributes.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -85,9 +93,7 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const siz
   uint32_t next_group = 1;
   for (const size_t i : has_labels ? own_order(mesh) : attribute_order(mesh)) {
     const Attribute& attribute = mesh.attributes[i];
-    const DracoLabel label =
-        has_labels ? traits.labels[i]
-                   : DracoLabel{draco_semantic(attribute, codings[i]), stored_type(attribute.component_type)};
+    const DracoLabel label = has_labels ? traits.labels[i] : label_of(attribute, codings[i], traits.is_cloud);
     AttributePlan& plan = plans.emplace_back();
     plan.source = i;
     const bool has_own_seams = seams_of.empty() || seams_of[i] == i;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "encoder/coding/quantization.h"
+#include "encoder/stream/cloud_stream.h"
 #include "encoder/stream/patch_mesh.h"
 #include "encoder/stream/sequential_stream.h"
 #include "encoder/welding/weld.h"
@@ -66,12 +67,14 @@ Status check_integers(const Attribute& attribute) {
   return fits ? Status() : invalid_input(attribute.semantic + ": an integer above 2^31 - 1");
 }
 
-Status complete_coding(const Attribute& attribute, const DracoLabel& label, AttributeCoding& coding) {
-  if (label.type == DataType::kUint32) return check_integers(attribute);
+// `is_tree`: directions are on a grid of their components.
+Status complete_coding(const Attribute& attribute, const DracoLabel& label, bool is_tree,
+                       AttributeCoding& coding) {
+  if (label.type == DataType::kUint32 && !is_tree) return check_integers(attribute);
   if (!is_float(label) || coding.bits <= 0) return {};
   static_assert(kMostGridBits == 30);  // a literal keeps the module for the web small
   if (coding.bits > kMostGridBits) return invalid_input(attribute.semantic + ": more than 30 bits");
-  coding.octahedral = is_normal(label);
+  coding.octahedral = is_normal(label) && !is_tree;
   if (!coding.octahedral)
     return coding.origin.empty() ? find_grid(attribute, coding) : check_places(attribute, coding);
   return attribute.component_count == 3 && coding.bits >= kFewestOctahedralBits
@@ -153,7 +156,7 @@ Expected<LabelledStream> encode_as_draco(const DracoMesh& draco, std::vector<Att
   if (positions == 0 && !is_sequential)
     return unsupported("Edgebreaker without an attribute of the type POSITION");
   for (size_t i = 0; i < codings.size(); ++i)
-    if (Status status = complete_coding(mesh.attributes[i], draco.labels[i], codings[i]); !status.ok())
+    if (Status status = complete_coding(mesh.attributes[i], draco.labels[i], false, codings[i]); !status.ok())
       return status;
   const WeldedMesh welded = share_values(draco, is_sequential || speed >= kSpeedOfOneTable);
   const PatchMesh whole = whole_mesh(mesh);
@@ -162,6 +165,19 @@ Expected<LabelledStream> encode_as_draco(const DracoMesh& draco, std::vector<Att
       write_sequential_stream({welded, codings, whole.points}, whole.faces, speed, draco.labels);
   if (!bytes) return bytes.status();
   return LabelledStream{std::move(*bytes), mesh.point_count, static_cast<uint32_t>(mesh.faces.size())};
+}
+
+Expected<LabelledStream> encode_cloud_as_draco(const DracoMesh& draco, std::vector<AttributeCoding> codings,
+                                               std::optional<CloudMethod> method, int speed) {
+  const Mesh& cloud = draco.mesh;
+  const bool is_tree = method ? *method == CloudMethod::kTree : becomes_tree(cloud, codings, speed);
+  for (size_t i = 0; i < codings.size(); ++i)
+    if (Status status = complete_coding(cloud.attributes[i], draco.labels[i], is_tree, codings[i]);
+        !status.ok())
+      return status;
+  Expected<EncodedCloud> encoded = encode_cloud(cloud, codings, is_tree, speed, draco.labels);
+  if (!encoded) return encoded.status();
+  return LabelledStream{std::move(encoded->bytes), cloud.point_count, 0};
 }
 
 }  // namespace psplit

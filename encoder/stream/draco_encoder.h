@@ -61,4 +61,18 @@ Status deduplicate(DracoMesh& mesh);
 Expected<LabelledStream> encode_as_draco(const DracoMesh& mesh, std::vector<AttributeCoding> codings,
                                          bool is_sequential, int speed);
 
+// The methods of point clouds.
+enum class CloudMethod : uint8_t { kSequential, kTree };
+
+// The same for the points of a mesh without faces, as draco::PointCloud: any attributes, in any order, several
+// POSITIONs among them. Without a method, it is the one that libdraco chooses. Equal points stay, unless
+// `deduplicate` made one of them.
+//
+// Errors: kInvalidInput where libdraco's encoder fails: no points, no attributes, a tree of floats that are on
+// no grid, values that are not finite or do not fit. kUnsupported for values that are 2^31 steps and more away
+// from a caller's grid, and for signed integers of a tree that are 2^31 and more apart: libdraco's decoder
+// refuses its encoder's streams of these. Thread-safe.
+Expected<LabelledStream> encode_cloud_as_draco(const DracoMesh& cloud, std::vector<AttributeCoding> codings,
+                                               std::optional<CloudMethod> method, int speed);
+
 }  // namespace psplit

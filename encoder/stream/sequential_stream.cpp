@@ -84,23 +84,30 @@ void append_attributes(const EncodedAttributes& attributes, int speed, std::vect
   for (const AttributePlan& plan : attributes.plans) append_transform(plan, out);
 }
 
+// Encodes the values and appends them.
+Status append_values(const AttributeSource& source, StreamTraits traits, std::vector<uint8_t>& out) {
+  traits.point_count = static_cast<uint32_t>(source.points.size());
+  traits.is_sequential = true;
+  if (traits.point_count == 0) return invalid_input("a mesh without points");
+  const PointsInOrder points(traits.point_count);
+  const Expected<EncodedAttributes> attributes = encode_attributes(
+      source, traits, [](size_t) { return false; }, {&points.group(), 1}, points.point_of_corner());
+  if (attributes) append_attributes(*attributes, traits.speed, out);
+  return attributes.status();
+}
+
 }  // namespace
 
 Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source, Faces faces, int speed,
                                                        std::span<const DracoLabel> labels) {
+  std::vector<uint8_t> values;
+  if (Status status = append_values(source, {.speed = speed, .labels = labels}, values); !status.ok())
+    return status;
   const auto point_count = static_cast<uint32_t>(source.points.size());
-  if (point_count == 0) return invalid_input("a mesh without points");
-  const PointsInOrder points(point_count);
-  const Expected<EncodedAttributes> attributes = encode_attributes(
-      source, {.speed = speed, .point_count = point_count, .is_sequential = true, .labels = labels},
-      [](size_t) { return false; }, {&points.group(), 1}, points.point_of_corner());
-  if (!attributes) return attributes.status();
-
   // The version, a mesh, the sequential method, and flags of which none is set.
-  std::vector<uint8_t> head = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 0, 0, 0}, values;
+  std::vector<uint8_t> head = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 0, 0, 0};
   append_varint(faces.size(), head);
   append_varint(point_count, head);
-  append_attributes(*attributes, speed, values);
   constexpr size_t kMostHeaderBytes = 64;
   const size_t others = head.size() + values.size(), least = 3 * faces.size() + kMostHeaderBytes;
   std::vector<uint8_t> indices = plain_indices(faces, point_count);
@@ -111,6 +118,16 @@ Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& so
   head.insert(head.end(), indices.begin(), indices.end());
   head.insert(head.end(), values.begin(), values.end());
   return head;
+}
+
+Expected<std::vector<uint8_t>> write_sequential_cloud(const AttributeSource& source, int speed,
+                                                      std::span<const DracoLabel> labels) {
+  // The version, a cloud, the sequential method, and flags of which none is set.
+  std::vector<uint8_t> bytes = {'D', 'R', 'A', 'C', 'O', 2, 3, 0, 0, 0, 0};
+  append_u32(static_cast<uint32_t>(source.points.size()), bytes);
+  const StreamTraits traits{.speed = speed, .is_cloud = true, .labels = labels};
+  if (Status status = append_values(source, traits, bytes); !status.ok()) return status;
+  return bytes;
 }
 
 }  // namespace psplit

@@ -124,6 +124,11 @@ enum class Storage : uint8_t {
   kStreams,    // each patch as a Draco stream of its own. Points at borders are in several
   kOneStream,  // one Draco stream, which drops unused points and degenerate faces
   kInOrder,    // one sequential Draco stream, which keeps all faces and points, and their order
+  // One Draco point cloud of a mesh without faces, which keeps all points. As in libdraco, it is a kD-tree,
+  // with an order of its own, at speeds below 10 if all attributes are integers or on a grid; otherwise
+  // sequential, in their order. In a tree the three components of normals are on a grid, and not on an
+  // octahedron.
+  kCloud,
 };
 
 // The order of patches in their container. Decoders that get it byte by byte have the first ones first.

@@ -30,6 +30,12 @@ struct TreeAxis {
 class KdTree {
  public:
   static constexpr uint8_t kMostLevel = 6;
+  // At this level the stream says along which axis a box is halved, in so many bits, if it has so many points.
+  static constexpr uint32_t kAxisBits = 4, kFewestForAxis = 64;
+
+  PSPLIT_HD static constexpr NumberCoding number_coding(uint8_t level) {
+    return level < 2 ? NumberCoding::kPlain : level < 4 ? NumberCoding::kRans : NumberCoding::kFolded;
+  }
 
   // Reads up to the points of the tree. `level` says how it is compressed, up to kMostLevel. Writes the
   // coordinates of `point_count` points to the values of `axes`, which are not known yet.
@@ -43,9 +49,7 @@ class KdTree {
     if (bits_ > 32) return Fault::kTree;
     if (count_ != point_count) return Fault::kCounts;
     if (count_ == 0) return Fault::kNone;
-    Fault fault = numbers_.start(reader, level < 2   ? NumberCoding::kPlain
-                                         : level < 4 ? NumberCoding::kRans
-                                                     : NumberCoding::kFolded);
+    Fault fault = numbers_.start(reader, number_coding(level));
     if (fault == Fault::kNone) fault = rest_.start(reader);
     if (fault == Fault::kNone) fault = selected_axes_.start(reader);
     if (fault == Fault::kNone) fault = halves_.start(reader);
@@ -94,9 +98,8 @@ class KdTree {
 
   PSPLIT_HD uint32_t next_axis() {
     if (!selects_axes_) return last_axis_ + 1 == axes_.size() ? 0 : last_axis_ + 1;
-    constexpr uint32_t kFew = 64, kAxisBits = 4;
     uint32_t axis = 0;
-    if (count_ < kFew) return coarsest_axis();
+    if (count_ < kFewestForAxis) return coarsest_axis();
     (void)selected_axes_.read(kAxisBits, axis);
     return axis;
   }

@@ -45,6 +45,8 @@ enum class NumberCoding : uint8_t {
 
 class TreeNumbers {
  public:
+  static constexpr uint32_t kPlaces = 32;
+
   PSPLIT_HD Fault start(ByteReader& reader, NumberCoding coding) {
     coding_ = coding;
     if (coding == NumberCoding::kPlain) return plain_.start(reader);
@@ -72,8 +74,6 @@ class TreeNumbers {
   }
 
  private:
-  static constexpr uint32_t kPlaces = 32;
-
   NumberCoding coding_ = NumberCoding::kPlain;
   PlainBits plain_;
   RansBits places_[kPlaces];

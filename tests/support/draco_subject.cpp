@@ -197,4 +197,14 @@ std::optional<std::vector<uint8_t>> encode_cloud(const draco::PointCloud& cloud,
   return bytes_of(encoder);
 }
 
+std::optional<std::vector<uint8_t>> encode_cloud(const draco::PointCloud& cloud, int method, int speed,
+                                                 std::span<const int> bits) {
+  draco::ExpertEncoder encoder(cloud);
+  if (method != kAuto) encoder.SetEncodingMethod(method);
+  encoder.SetSpeedOptions(speed, speed);
+  for (size_t i = 0; i < bits.size(); ++i)
+    if (bits[i] > 0) encoder.SetAttributeQuantization(static_cast<int>(i), bits[i]);
+  return bytes_of(encoder);
+}
+
 }  // namespace psplit

@@ -1,0 +1,150 @@
+#include "encoder/stream/cloud_stream.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "encoder/fields/entropy_encoder.h"
+#include "encoder/stream/attribute_values.h"
+#include "encoder/stream/kd_tree_encoder.h"
+#include "encoder/stream/sequential_stream.h"
+#include "encoder/welding/weld.h"
+#include "src/container/bit_string.h"
+#include "src/core/stitch_codes.h"
+
+namespace psplit {
+namespace {
+
+using core::Coding;
+
+constexpr uint32_t kMostPoints = 0x7fffffff;
+
+bool is_signed(DataType type) {
+  return type == DataType::kInt8 || type == DataType::kInt16 || type == DataType::kInt32;
+}
+
+// The values of a cloud as a tree, attribute by attribute.
+class TreeStream {
+ public:
+  TreeStream(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed,
+             std::span<const DracoLabel> labels, std::vector<uint32_t> points)
+      : cloud_(cloud), codings_(codings), speed_(speed), labels_(labels), points_(std::move(points)) {}
+
+  Expected<EncodedCloud> write() {
+    plans_ = plan_attributes(
+        cloud_, {}, codings_,
+        {.speed = speed_, .point_count = cloud_.point_count, .is_sequential = true, .labels = labels_},
+        [](size_t) { return false; });
+    for (const AttributePlan& plan : plans_) tree_.axis_count += plan.description.components;
+    tree_.rows.resize(points_.size() * tree_.row_size());
+    uint32_t first_axis = 0;
+    for (AttributePlan& plan : plans_) {
+      if (Status status = take(plan, first_axis); !status.ok()) return status;
+      first_axis += plan.description.components;
+    }
+    for (const uint32_t point : points_) tree_.rows[point * tree_.row_size() + tree_.axis_count] = point;
+
+    // The version, a cloud, the method of a tree, and flags of which none is set.
+    EncodedCloud out{{'D', 'R', 'A', 'C', 'O', 2, 3, 0, 1, 0, 0}, {}};
+    append_u32(cloud_.point_count, out.bytes);
+    constexpr uint8_t kGroups = 1;
+    out.bytes.push_back(kGroups);
+    append_varint(plans_.size(), out.bytes);
+    for (const AttributePlan& plan : plans_) append_description(plan, out.bytes);
+    const uint8_t level = tree_level(speed_, tree_.axis_count);
+    out.bytes.push_back(level);
+    out.source_point = encode_tree(std::move(tree_), level, out.bytes);
+    for (const AttributePlan& plan : plans_) append_transform(plan, out.bytes);
+    for (const int32_t lowest : lowest_) append_varint(static_cast<uint32_t>(core::fold(lowest)), out.bytes);
+    return out;
+  }
+
+ private:
+  Status take(AttributePlan& plan, uint32_t first_axis) {
+    const Attribute& from = cloud_.attributes[plan.source];
+    const bool is_float = plan.description.type == DataType::kFloat32;
+    const uint32_t components = plan.description.components;
+    const size_t stride = core::value_stride(components);
+    if (is_float)
+      if (Status status = take_grid(from, plan); !status.ok()) return status;
+    AttributePlan all_bits = plan;
+    if (!is_float) all_bits.description.type = DataType::kInt32;  // also of unsigned integers
+    values_.resize(points_.size() * stride);
+    if (Status status = write_integers(from, all_bits, points_, values_); !status.ok()) return status;
+    for (uint32_t k = 0; k < components; ++k) {
+      int32_t lowest = 0;
+      if (is_signed(plan.description.type)) {
+        lowest = std::numeric_limits<int32_t>::max();
+        int32_t highest = std::numeric_limits<int32_t>::min();
+        for (size_t at = k; at < values_.size(); at += stride) {
+          lowest = std::min(lowest, values_[at]);
+          highest = std::max(highest, values_[at]);
+        }
+        if (int64_t{highest} - lowest > std::numeric_limits<int32_t>::max())
+          return unsupported(from.semantic + ": integers 2^31 and more apart");
+        lowest_.push_back(lowest);
+      }
+      uint32_t* to = tree_.rows.data() + first_axis + k;
+      for (size_t at = k; at < values_.size(); at += stride, to += tree_.row_size())
+        *to = static_cast<uint32_t>(values_[at]) - static_cast<uint32_t>(lowest);
+    }
+    return {};
+  }
+
+  // Normals have three components here, too.
+  Status take_grid(const Attribute& from, AttributePlan& plan) {
+    const AttributeCoding& grid = codings_[plan.source];
+    if (grid.bits == 0 || grid.origin.size() != plan.description.components)
+      return invalid_input(from.semantic + ": a kD-tree has floats only on a grid of their components");
+    plan.description.coding = Coding::kQuantized;
+    plan.description.bits = static_cast<uint8_t>(grid.bits);
+    plan.description.range = grid.range;
+    plan.origin = grid.origin;
+    plan.transform = core::Transform::kWrap;
+    if (!labels_.empty()) return {};
+    if (from.semantic == "NORMAL") plan.description.semantic = static_cast<uint8_t>(DracoSemantic::kNormal);
+    set_stream_grid(from, grid, points_, plan);
+    return {};
+  }
+
+  const Mesh& cloud_;
+  const std::span<const AttributeCoding> codings_;
+  const int speed_;
+  const std::span<const DracoLabel> labels_;
+  const std::vector<uint32_t> points_;  // all, in their order
+  std::vector<AttributePlan> plans_;
+  TreePoints tree_;
+  std::vector<int32_t> values_;  // of one attribute
+  std::vector<int32_t> lowest_;  // of each component of signed integers
+};
+
+}  // namespace
+
+bool becomes_tree(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed) {
+  bool is_tree = speed < kMostEncodeSpeed;
+  for (size_t i = 0; i < codings.size(); ++i)
+    is_tree &= cloud.attributes[i].component_type != ComponentType::kFloat32 ||
+               (codings[i].bits > 0 && !codings[i].octahedral);
+  return is_tree;
+}
+
+Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const AttributeCoding> codings, bool is_tree,
+                                    int speed, std::span<const DracoLabel> labels) {
+  if (cloud.point_count == 0) return invalid_input("a point cloud without points");
+  if (cloud.attributes.empty()) return invalid_input("a point cloud without attributes");
+  if (cloud.point_count > kMostPoints)
+    return unsupported(std::to_string(cloud.point_count) + " points are too many for a point cloud");
+  for (const Attribute& attribute : cloud.attributes)
+    if (attribute.values.size() != attribute.stride() * cloud.point_count)
+      return invalid_input(attribute.semantic + " has values for another number of points");
+  std::vector<uint32_t> points(cloud.point_count);
+  std::iota(points.begin(), points.end(), 0u);
+  if (is_tree) return TreeStream(cloud, codings, speed, labels, std::move(points)).write();
+  const WeldedMesh apart{&cloud, std::vector(cloud.attributes.size(), points)};
+  Expected<std::vector<uint8_t>> bytes = write_sequential_cloud({apart, codings, points}, speed, labels);
+  if (!bytes) return bytes.status();
+  return EncodedCloud{std::move(*bytes), std::move(points)};
+}
+
+}  // namespace psplit

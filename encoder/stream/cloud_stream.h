@@ -1,0 +1,34 @@
+// Encodes points without faces as one Draco point cloud: the bytes that libdraco's encoder writes.
+//
+//   sequential_stream.h  the values in the order of points
+//   kd_tree_encoder.h    the values as coordinates of a tree, which has an order of its own
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/stream/attribute_plan.h"
+#include "psplit/base.h"
+#include "psplit/encode.h"
+#include "psplit/mesh.h"
+
+namespace psplit {
+
+// Whether libdraco's encoder makes a kD-tree of such attributes if its caller leaves it the choice: at speeds
+// below 10, of integers, and of floats that are on a grid of their components.
+bool becomes_tree(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed);
+
+struct EncodedCloud {
+  std::vector<uint8_t> bytes;
+  std::vector<uint32_t> source_point;  // for each decoded point the point of the cloud
+};
+
+// Encodes all points, also equal ones. With labels (StreamTraits) the grids are those of the codings, otherwise
+// libdraco's for these values. Errors: kInvalidInput for no points or no attributes, and for values that fit no
+// grid; kUnsupported for what no stream of the method holds: for a tree, floats that are exact or directions,
+// and signed integers 2^31 and more apart. Thread-safe.
+Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const AttributeCoding> codings, bool is_tree,
+                                    int speed, std::span<const DracoLabel> labels = {});
+
+}  // namespace psplit
