@@ -1,6 +1,7 @@
 // Encodes a mesh: as one Edgebreaker stream by psplit's encoder and by libdraco's, which write the same bytes,
 // and in patches, which are cut, encoded, stitched and verified. All get the mesh that a stream decodes to, so
-// in the same order; libdraco gets it as its own mesh. --benchmark_enable_random_interleaving=true
+// in the same order; libdraco gets it as its own mesh. Its points become clouds, again of the same bytes.
+// --benchmark_enable_random_interleaving=true
 // --benchmark_repetitions=9 interleaves them.
 #include <benchmark/benchmark.h>
 
@@ -8,6 +9,8 @@
 
 #include "bench/draco_encoder.h"
 #include "bench/samples.h"
+#include "encoder/coding/quantization.h"
+#include "encoder/stream/cloud_stream.h"
 #include "encoder/stream/encode_stream.h"
 #include "system/operating_system.h"
 
@@ -19,6 +22,8 @@ struct Input {
   WeldedMesh welded;
   PatchMesh whole;
   std::vector<AttributeCoding> codings;
+  Mesh cloud;
+  std::vector<AttributeCoding> cloud_codings;
   std::optional<DracoEncoder> libdraco;
 };
 
@@ -40,6 +45,12 @@ const Input& input(bool all_attributes) {
   Expected<DracoEncoder> libdraco = DracoEncoder::of(stream->bytes);
   if (!libdraco) give_up(libdraco.status());
   made.libdraco = std::move(*libdraco);
+  made.cloud = {made.mesh.point_count, {}, made.mesh.attributes};
+  for (const Attribute& attribute : made.cloud.attributes) {
+    Expected<AttributeCoding> grid = fit_grid(attribute, made.codings[made.cloud_codings.size()].bits);
+    if (!grid) give_up(grid.status());
+    made.cloud_codings.push_back(std::move(*grid));
+  }
   return made;
 }
 
@@ -67,6 +78,31 @@ void encode_one_stream(benchmark::State& state, bool all_attributes, int speed) 
   count_triangles(state, given.mesh);
 }
 
+void count_points(benchmark::State& state, const Mesh& cloud) {
+  state.counters["Mpoints/s"] = benchmark::Counter(static_cast<double>(cloud.point_count) * 1e-6,
+                                                   benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void encode_cloud_by_draco(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  for (auto _ : state) {
+    const Expected<size_t> bytes = given.libdraco->encode_points(speed);
+    if (!bytes) state.SkipWithError(bytes.status().to_string().c_str());
+  }
+  count_points(state, given.cloud);
+}
+
+void encode_cloud_by_psplit(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  const bool is_tree = becomes_tree(given.cloud, given.cloud_codings, speed);
+  for (auto _ : state) {
+    const auto cloud = encode_cloud(given.cloud, is_tree ? given.cloud_codings : given.codings, is_tree, speed);
+    if (!cloud) state.SkipWithError(cloud.status().to_string().c_str());
+    benchmark::DoNotOptimize(cloud);
+  }
+  count_points(state, given.cloud);
+}
+
 void encode_patches(benchmark::State& state, bool all_attributes, int speed, int thread_count) {
   const Input& given = input(all_attributes);
   const ThreadPool pool(thread_count);
@@ -85,6 +121,16 @@ void register_all() {
   const auto add = [](const std::string& name, auto work) {
     benchmark::RegisterBenchmark(name.c_str(), work)->Unit(benchmark::kMillisecond)->UseRealTime();
   };
+  for (const bool all_attributes : {false, true})
+    for (const int speed : {0, 5, 7, 9, 10}) {
+      const std::string name = std::string("encode/cloud/") +
+                               (all_attributes ? "positions+normals+texcoords" : "positions") + "/speed" +
+                               std::to_string(speed);
+      add(name + "/draco",
+          [=](benchmark::State& state) { encode_cloud_by_draco(state, all_attributes, speed); });
+      add(name + "/stream",
+          [=](benchmark::State& state) { encode_cloud_by_psplit(state, all_attributes, speed); });
+    }
   const int all = ThreadPool().thread_count();
   for (const bool all_attributes : {false, true})
     for (const int speed : {0, 5, 10}) {

@@ -36,8 +36,9 @@ class TreeStream {
         cloud_, {}, codings_,
         {.speed = speed_, .point_count = cloud_.point_count, .is_sequential = true, .labels = labels_},
         [](size_t) { return false; });
-    for (const AttributePlan& plan : plans_) tree_.axis_count += plan.description.components;
-    tree_.rows.resize(points_.size() * tree_.row_size());
+    uint32_t axis_count = 0;
+    for (const AttributePlan& plan : plans_) axis_count += plan.description.components;
+    tree_ = TreePoints(axis_count, cloud_.point_count);
     uint32_t first_axis = 0;
     for (AttributePlan& plan : plans_) {
       if (Status status = take(plan, first_axis); !status.ok()) return status;
@@ -72,23 +73,29 @@ class TreeStream {
     if (!is_float) all_bits.description.type = DataType::kInt32;  // also of unsigned integers
     values_.resize(points_.size() * stride);
     if (Status status = write_integers(from, all_bits, points_, values_); !status.ok()) return status;
-    for (uint32_t k = 0; k < components; ++k) {
-      int32_t lowest = 0;
-      if (is_signed(plan.description.type)) {
-        lowest = std::numeric_limits<int32_t>::max();
-        int32_t highest = std::numeric_limits<int32_t>::min();
-        for (size_t at = k; at < values_.size(); at += stride) {
-          lowest = std::min(lowest, values_[at]);
-          highest = std::max(highest, values_[at]);
-        }
-        if (int64_t{highest} - lowest > std::numeric_limits<int32_t>::max())
-          return unsupported(from.semantic + ": integers 2^31 and more apart");
-        lowest_.push_back(lowest);
+    std::vector<int32_t> lowest(components);
+    if (is_signed(plan.description.type))
+      if (Status status = find_lowest(from, stride, lowest); !status.ok()) return status;
+    uint32_t* to = tree_.rows.data() + first_axis;
+    for (size_t at = 0; at < values_.size(); at += stride, to += tree_.row_size())
+      for (uint32_t k = 0; k < components; ++k)
+        to[k] = static_cast<uint32_t>(values_[at + k]) - static_cast<uint32_t>(lowest[k]);
+    return {};
+  }
+
+  // Signed integers are stored less the lowest of their component.
+  Status find_lowest(const Attribute& from, size_t stride, std::vector<int32_t>& lowest) {
+    for (uint32_t k = 0; k < lowest.size(); ++k) {
+      lowest[k] = std::numeric_limits<int32_t>::max();
+      int32_t highest = std::numeric_limits<int32_t>::min();
+      for (size_t at = k; at < values_.size(); at += stride) {
+        lowest[k] = std::min(lowest[k], values_[at]);
+        highest = std::max(highest, values_[at]);
       }
-      uint32_t* to = tree_.rows.data() + first_axis + k;
-      for (size_t at = k; at < values_.size(); at += stride, to += tree_.row_size())
-        *to = static_cast<uint32_t>(values_[at]) - static_cast<uint32_t>(lowest);
+      if (int64_t{highest} - lowest[k] > std::numeric_limits<int32_t>::max())
+        return unsupported(from.semantic + ": integers 2^31 and more apart");
     }
+    lowest_.insert(lowest_.end(), lowest.begin(), lowest.end());
     return {};
   }
 
@@ -114,8 +121,8 @@ class TreeStream {
   const std::span<const DracoLabel> labels_;
   const std::vector<uint32_t> points_;  // all, in their order
   std::vector<AttributePlan> plans_;
-  TreePoints tree_;
-  std::vector<int32_t> values_;  // of one attribute
+  TreePoints tree_{0, 0};
+  Array<int32_t> values_;        // of one attribute
   std::vector<int32_t> lowest_;  // of each component of signed integers
 };
 

@@ -4,19 +4,28 @@
 // Devillers, Gandoin: Geometric compression for interactive transmission, 2000.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "psplit/mesh.h"
 
 namespace psplit {
 
 // Points as rows of numbers: a coordinate for each axis, then the number of the point.
 struct TreePoints {
-  uint32_t axis_count = 0;
-  std::vector<uint32_t> rows;
+  static constexpr uint32_t kRowsBehind = 8;
 
+  uint32_t axis_count = 0, count = 0;
+  Array<uint32_t> rows;  // and kRowsBehind more, of any numbers
+
+  TreePoints(uint32_t axes, uint32_t points)
+      : axis_count(axes), count(points), rows((size_t{points} + kRowsBehind) * row_size()) {
+    std::fill(rows.end() - static_cast<std::ptrdiff_t>(kRowsBehind * row_size()), rows.end(), 0u);
+  }
   size_t row_size() const { return size_t{axis_count} + 1; }
-  uint32_t count() const { return static_cast<uint32_t>(rows.size() / row_size()); }
 };
 
 // The level of compression that a tree of so many axes has at a speed, 0 to 10: of the highest level, which
