@@ -64,9 +64,11 @@ Expected<Options> read_options(const psplit_encode_options* from) {
     return wrong_usage("there is no kind " + std::to_string(stated.kind) + " to encode");
   constexpr uint32_t kFlags = PSPLIT_ENCODE_KEEP_DUPLICATES | PSPLIT_ENCODE_KEEP_DEGENERATE |
                               PSPLIT_ENCODE_KEEP_UNUSED | PSPLIT_ENCODE_CONDENSE |
-                              PSPLIT_ENCODE_WITHOUT_VERIFYING;
-  const bool is_draco = stated.kind == PSPLIT_KIND_DRACO;
-  const uint32_t known = is_draco ? uint32_t{PSPLIT_ENCODE_WITHOUT_VERIFYING} : kFlags;
+                              PSPLIT_ENCODE_WITHOUT_VERIFYING | PSPLIT_ENCODE_POINTS;
+  const bool is_draco = stated.kind == PSPLIT_KIND_DRACO, is_cloud = (stated.flags & PSPLIT_ENCODE_POINTS) != 0;
+  if (is_cloud && stated.kind == PSPLIT_KIND_PATCHES) return wrong_usage("a point cloud has no patches");
+  const uint32_t known =
+      is_draco || is_cloud ? uint32_t{PSPLIT_ENCODE_WITHOUT_VERIFYING | PSPLIT_ENCODE_POINTS} : kFlags;
   if ((stated.flags & ~known) != 0)
     return wrong_usage("this kind has no flags " + std::to_string(stated.flags & ~known));
   for (const auto& [what, bits] :
@@ -75,7 +77,7 @@ Expected<Options> read_options(const psplit_encode_options* from) {
         std::pair("generic_bits", stated.generic_bits)})
     if (Status status = check_bits(what, bits); !status.ok()) return status;
   EncodeOptions& encode = options.encode;
-  encode.storage = storage_of(stated.kind);
+  encode.storage = is_cloud ? Storage::kCloud : storage_of(stated.kind);
   encode.encode_speed = stated.speed;
   encode.patches.count = stated.patch_count;
   encode.patches.always = stated.kind == PSPLIT_KIND_PATCHES;
@@ -117,6 +119,12 @@ Expected<ValuesView> indices_of(const psplit_encode_source& source) {
                     0};
 }
 
+// Of points. Without bytes, indices would be those of the points.
+ValuesView no_indices() {
+  static constexpr std::byte kByte{};
+  return {ComponentType::kUint32, 1, false, 0, {&kByte, 1}, 0};
+}
+
 // Adds the attribute to the view, and its bits to the codings, if it has its own.
 Status read_attribute(const psplit_attribute_values& from, uint32_t point_count, MeshView& view,
                       std::map<size_t, OwnCoding>& own_codings) {
@@ -137,15 +145,17 @@ Status read_attribute(const psplit_attribute_values& from, uint32_t point_count,
   return {};
 }
 
-Expected<MeshToEncode> read_source(const psplit_encode_source* from) {
+Expected<MeshToEncode> read_source(const psplit_encode_source* from, bool is_cloud) {
   const Expected<psplit_encode_source> source = read_struct(from, "psplit_encode_source");
   if (!source) return source.status();
   const Expected<std::vector<psplit_attribute_values>> elements =
       read_array(source->attributes, source->attribute_count, "psplit_attribute_values");
   if (!elements) return elements.status();
-  const Expected<ValuesView> indices = indices_of(*source);
+  if (is_cloud && (source->indices != nullptr || source->indices_size > 0))
+    return wrong_usage("a point cloud has no indices");
+  const Expected<ValuesView> indices = is_cloud ? no_indices() : indices_of(*source);
   if (!indices) return indices.status();
-  if (indices->count == 0) return invalid_input("the mesh has no triangles");
+  if (!is_cloud && indices->count == 0) return invalid_input("the mesh has no triangles");
   MeshToEncode read;
   MeshView view{source->point_count, {}, *indices};
   for (const psplit_attribute_values& element : *elements)
@@ -189,7 +199,8 @@ Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source* fro
   if (!options) return options.status();
   const Expected<Threads> threads = Threads::of(options->stated.pool, options->stated.threads);
   if (!threads) return threads.status();
-  Expected<MeshToEncode> source = read_source(from);
+  const bool is_cloud = options->encode.storage == Storage::kCloud;
+  Expected<MeshToEncode> source = read_source(from, is_cloud);
   if (!source) return source.status();
   MeshToEncode* const planned[] = {&*source};
   if (Status status = plan(planned, options->encode, threads->pool()); !status.ok()) return status;
@@ -204,7 +215,9 @@ Expected<std::unique_ptr<psplit_encoded>> encode(const psplit_encode_source* fro
   if (!mesh) return mesh.status();
   EncodedPiece& piece = mesh->pieces[0];
   auto encoded = std::make_unique<psplit_encoded>();
-  encoded->kind = piece.is_container ? PSPLIT_KIND_PATCHES : PSPLIT_KIND_DRACO;
+  encoded->kind = piece.is_container ? PSPLIT_KIND_PATCHES
+                  : is_cloud         ? PSPLIT_KIND_DRACO_FILE
+                                     : PSPLIT_KIND_DRACO;
   encoded->bytes = std::move(piece.bytes);
   encoded->requests = std::move(mesh->requests);
   for (size_t i = 0; i < encoded->requests.size(); ++i) {

@@ -41,6 +41,7 @@ void add_target(const MorphTarget& target, uint32_t id, size_t accessor, size_t 
 }
 
 Expected<GltfParts> parts_of(const psplit_encoded& encoded, size_t first_accessor, size_t view) {
+  if (encoded.kind == PSPLIT_KIND_DRACO_FILE) return unsupported("glTF has no compressed point clouds");
   const bool is_patches = encoded.kind == PSPLIT_KIND_PATCHES;
   const char* const name = is_patches ? kExtensionName : kStockExtensionName;
   GltfParts parts;

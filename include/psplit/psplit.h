@@ -390,20 +390,25 @@ typedef struct psplit_attribute_values {
 typedef struct psplit_encode_source {
   uint32_t struct_size;
   uint32_t point_count;
-  const void* indices;  // three for each face, tightly packed, of any alignment
+  const void* indices;  // three for each face, tightly packed, of any alignment; NULL with PSPLIT_ENCODE_POINTS
   size_t indices_size;  // bytes
   uint32_t index_size;  // bytes of an index: 1, 2 or 4
   uint32_t attribute_count;
   const psplit_attribute_values* attributes;  // POSITION is one of them
 } psplit_encode_source;
 
-// Flags of psplit_encode_options. PSPLIT_KIND_DRACO has the last one only.
+// Flags of psplit_encode_options. PSPLIT_KIND_DRACO has the last two only.
 enum {
-  PSPLIT_ENCODE_KEEP_DUPLICATES = 1,    // points that are equal in everything stay apart
-  PSPLIT_ENCODE_KEEP_DEGENERATE = 2,    // keeps faces that repeat an index; they draw nothing
-  PSPLIT_ENCODE_KEEP_UNUSED = 4,        // keeps points that no face uses
-  PSPLIT_ENCODE_CONDENSE = 8,           // patches share their tables, if that saves bytes
-  PSPLIT_ENCODE_WITHOUT_VERIFYING = 16  // does not decode the result to compare it with the source
+  PSPLIT_ENCODE_KEEP_DUPLICATES = 1,     // points that are equal in everything stay apart
+  PSPLIT_ENCODE_KEEP_DEGENERATE = 2,     // keeps faces that repeat an index; they draw nothing
+  PSPLIT_ENCODE_KEEP_UNUSED = 4,         // keeps points that no face uses
+  PSPLIT_ENCODE_CONDENSE = 8,            // patches share their tables, if that saves bytes
+  PSPLIT_ENCODE_WITHOUT_VERIFYING = 16,  // does not decode the result to compare it with the source
+  // The source has points and no indices. It becomes a Draco point cloud, of PSPLIT_KIND_DRACO_FILE, with all
+  // of its points: a kD-tree, which has an order of its own, or at speed 10, or with floats that are exact, a
+  // sequential cloud. Only with PSPLIT_KIND_NONE or PSPLIT_KIND_DRACO, and with
+  // PSPLIT_ENCODE_WITHOUT_VERIFYING.
+  PSPLIT_ENCODE_POINTS = 32
 };
 
 // psplit_encode_options_init sets the defaults.
@@ -436,10 +441,10 @@ PSPLIT_API void psplit_encode_options_init(psplit_encode_options* options);
 // Encoded bytes, and what a loader must know about them.
 typedef struct psplit_encoded psplit_encoded;
 
-// Encodes a triangle mesh. `options` may be NULL: the defaults. The bytes are the same for any number of
-// threads, and those of `gltf-psplit encode` and of psplit for other languages. Faces and points get another
-// order. Faces that repeat an index and points that no face uses are dropped, and points that are equal in
-// everything merged, unless the flags say otherwise; PSPLIT_KIND_DRACO merges none.
+// Encodes a triangle mesh, or points with PSPLIT_ENCODE_POINTS. `options` may be NULL: the defaults. The bytes
+// are the same for any number of threads, and those of `gltf-psplit encode` and of psplit for other languages.
+// Faces and points get another order. Faces that repeat an index and points that no face uses are dropped, and
+// points that are equal in everything merged, unless the flags say otherwise; PSPLIT_KIND_DRACO merges none.
 PSPLIT_API psplit_code psplit_encode(const psplit_encode_source* source, const psplit_encode_options* options,
                                      psplit_encoded** encoded, psplit_error* error);
 PSPLIT_API void psplit_encoded_free(psplit_encoded* encoded);
@@ -490,7 +495,7 @@ PSPLIT_API psplit_code psplit_encoded_write_json(const psplit_encoded* encoded, 
                                                  uint32_t buffer_view, psplit_output** output,
                                                  psplit_error* error);
 // A whole .glb file with that mesh in a scene, without a material. PSPLIT_ERROR_UNSUPPORTED also if it would
-// exceed 4 GB.
+// exceed 4 GB. Neither for a point cloud: glTF has no compressed ones.
 PSPLIT_API psplit_code psplit_encoded_write_glb(const psplit_encoded* encoded, psplit_output** output,
                                                 psplit_error* error);
 

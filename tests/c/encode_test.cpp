@@ -462,6 +462,54 @@ TEST(CEncode, WritesTheJsonOfAPrimitive) {
   EXPECT_EQ(made, nullptr);
 }
 
+TEST(CEncode, CloudsAreThoseOfTheEncoder) {
+  for (const auto& [name, mesh] : all_meshes())
+    for (const int32_t speed : {0, 5, 10}) {
+      SCOPED_TRACE(name + ", speed " + std::to_string(speed));
+      Mesh cloud{mesh.point_count, {}, mesh.attributes};
+      EncodeOptions expected_options;
+      expected_options.storage = Storage::kCloud;
+      expected_options.encode_speed = speed;
+      expected_options.keep_duplicates = true;
+      const Expected<EncodedMesh> expected = psplit::encode(cloud, expected_options, ThreadPool(1));
+      CSource source(std::move(cloud), 0);
+      source.source.indices = nullptr;
+      psplit_encode_options options = default_options();
+      options.flags = PSPLIT_ENCODE_POINTS;
+      options.speed = speed;
+      const Result result = encode(source.source, &options);
+      ASSERT_EQ(result.code == PSPLIT_OK, expected.ok()) << result.error.text;
+      if (!expected) continue;
+      EXPECT_EQ(result.info.kind, PSPLIT_KIND_DRACO_FILE);
+      EXPECT_EQ(result.bytes(), expected->pieces[0].bytes);
+      EXPECT_EQ(result.source_points(), expected->pieces[0].source_point);
+      EXPECT_EQ(result.info.face_count, 0u);
+      EXPECT_EQ(result.info.point_count, mesh.point_count);
+      EXPECT_GE(result.info.position_error, 0);
+      psplit_output* made = nullptr;
+      EXPECT_EQ(psplit_encoded_write_json(result.encoded.get(), 0, 0, &made, nullptr),
+                PSPLIT_ERROR_UNSUPPORTED);
+    }
+}
+
+TEST(CEncode, RefusesWhatIsNoCloud) {
+  CSource source(all_meshes()[0].mesh);
+  const auto code_of = [&](uint32_t flags, psplit_kind kind) {
+    psplit_encode_options options = default_options();
+    options.flags = PSPLIT_ENCODE_POINTS | flags;
+    options.kind = kind;
+    return encode(source.source, &options).code;
+  };
+  EXPECT_EQ(code_of(0, PSPLIT_KIND_NONE), PSPLIT_ERROR_USAGE);  // there are indices
+  source.source.indices = nullptr;
+  source.source.indices_size = 0;
+  EXPECT_EQ(code_of(0, PSPLIT_KIND_PATCHES), PSPLIT_ERROR_USAGE);
+  EXPECT_EQ(code_of(PSPLIT_ENCODE_CONDENSE, PSPLIT_KIND_NONE), PSPLIT_ERROR_USAGE);
+  EXPECT_EQ(code_of(PSPLIT_ENCODE_WITHOUT_VERIFYING, PSPLIT_KIND_DRACO), PSPLIT_OK);
+  source.source.point_count = 0;
+  EXPECT_NE(code_of(0, PSPLIT_KIND_NONE), PSPLIT_OK);
+}
+
 TEST(CEncode, RefusesJsonThatGltfDoesNotHave) {
   const auto code_of = [](Attribute attribute, psplit_kind kind) {
     const CSource source(square_with(std::move(attribute)));

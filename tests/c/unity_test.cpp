@@ -7,6 +7,7 @@
 #include "bindings/c/unity/plugin.h"
 #include "tests/support/draco_clouds.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/draco_subject.h"
 #include "tests/support/expect.h"
 
 namespace psplit {
@@ -260,6 +261,37 @@ TEST(UnityEncoder, FlipsCoordinates) {
   EXPECT_EQ(x, -1);
 }
 
+// As draco::Encoder does: a kD-tree, but at speed 10, or if a type of attributes is not quantized.
+TEST(UnityEncoder, EncodesPointClouds) {
+  for (const uint32_t speed : {0u, 5u, 10u})
+    for (const uint32_t normal_bits : {0u, 9u}) {
+      SCOPED_TRACE(std::to_string(speed) + ", " + std::to_string(normal_bits));
+      const OwnedEncoder cloud(dracoEncoderCreatePointCloud(4));
+      constexpr int32_t kFloat = 9;
+      EXPECT_EQ(dracoEncoderSetAttribute(cloud.get(), 0, kFloat, 3, sizeof(UnityVertex), false, kVertices), 0u);
+      EXPECT_EQ(dracoEncoderSetAttribute(cloud.get(), 1, kFloat, 3, sizeof(UnityVertex), false, kVertices), 1u);
+      dracoEncoderSetCompressionSpeed(cloud.get(), speed, 0);
+      dracoEncoderSetQuantizationBits(cloud.get(), 11, normal_bits, 12, 8, 8);
+      ASSERT_TRUE(dracoEncoderEncode(cloud.get(), 0));
+      EXPECT_EQ(dracoEncoderGetEncodedVertexCount(cloud.get()), 4u);
+      EXPECT_EQ(dracoEncoderGetEncodedIndexCount(cloud.get()), 0u);
+      std::vector<uint8_t> bytes(dracoEncoderGetByteLength(cloud.get()));
+      dracoEncoderCopy(cloud.get(), bytes.data());
+      Subject subject{.name = "square", .point_count = 4};
+      subject.welded = false;
+      for (const Role role : {Role::POSITION, Role::NORMAL}) {
+        Values& values = subject.attributes.emplace_back();
+        values = {role, draco::DT_FLOAT32, 3, false, {}};
+        for (const auto& vertex : kVertices) {
+          const auto* const from = reinterpret_cast<const uint8_t*>(&vertex);
+          values.bytes.insert(values.bytes.end(), from, from + 3 * sizeof(float));
+        }
+      }
+      const std::array bits{11, static_cast<int>(normal_bits)};
+      EXPECT_EQ(bytes, encode_cloud(*build(subject), kAuto, static_cast<int>(speed), bits));
+    }
+}
+
 TEST(UnityEncoder, RefusesWhatItCannotDo) {
   constexpr int32_t kFloat = 9, kFloat64 = 10, kUint32 = 6;
   OwnedEncoder encoder = encoder_of_square(false);
@@ -273,7 +305,6 @@ TEST(UnityEncoder, RefusesWhatItCannotDo) {
   EXPECT_TRUE(dracoEncoderSetIndices(encoder.get(), kUint32, 3, false, far));
   EXPECT_FALSE(dracoEncoderEncode(encoder.get(), 0));
   const OwnedEncoder cloud(dracoEncoderCreatePointCloud(4));
-  dracoEncoderSetAttribute(cloud.get(), 0, kFloat, 3, sizeof(UnityVertex), false, kVertices);
   EXPECT_FALSE(dracoEncoderEncode(cloud.get(), 0));
   EXPECT_FALSE(dracoEncoderEncode(nullptr, 0));
   EXPECT_EQ(dracoEncoderGetByteLength(nullptr), 0u);

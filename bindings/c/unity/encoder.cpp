@@ -92,12 +92,13 @@ bool set_indices(UnityEncoder& encoder, int32_t type, uint32_t count, bool flip,
 
 bool encode(UnityEncoder& encoder, bool is_sequential) {
   encoder.stream.reset();
-  if (encoder.is_broken || encoder.is_cloud) return false;
+  if (encoder.is_broken) return false;
   std::vector<AttributeCoding> codings;
   for (const DracoLabel& label : encoder.mesh.labels)
     codings.emplace_back().bits = encoder.bits[static_cast<size_t>(label.semantic)];
   Expected<LabelledStream> encoded =
-      encode_as_draco(encoder.mesh, std::move(codings), is_sequential, encoder.speed);
+      encoder.is_cloud ? encode_cloud_as_draco(encoder.mesh, std::move(codings), {}, encoder.speed)
+                       : encode_as_draco(encoder.mesh, std::move(codings), is_sequential, encoder.speed);
   if (!encoded) return false;
   encoder.stream = std::move(*encoded);
   return true;

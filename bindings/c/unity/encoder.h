@@ -6,8 +6,9 @@
 //   dracoEncoderGetEncoded..., dracoEncoderGetEncodeBuffer, dracoEncoderRelease
 //
 // The bytes are those of libdraco's encoder. Types have Draco's numbers. `flip` turns Unity's coordinates into
-// right-handed ones, the reverse of plugin.h. Point clouds are not encoded: dracoEncoderEncode returns false. A
-// call with arguments that cannot be encoded makes it return false, too. Thread-safe for different encoders.
+// right-handed ones, the reverse of plugin.h. A point cloud has no indices: it
+// is a kD-tree if libdraco would choose one. A call with arguments that cannot be encoded makes
+// dracoEncoderEncode return false. Thread-safe for different encoders.
 #pragma once
 
 #include <cstdint>

@@ -98,6 +98,7 @@ namespace GltfPsplit
         internal const int PSPLIT_ENCODE_KEEP_UNUSED = 4;
         internal const int PSPLIT_ENCODE_CONDENSE = 8;
         internal const int PSPLIT_ENCODE_WITHOUT_VERIFYING = 16;
+        internal const int PSPLIT_ENCODE_POINTS = 32;
 
         [StructLayout(LayoutKind.Sequential)]
         internal unsafe struct psplit_error

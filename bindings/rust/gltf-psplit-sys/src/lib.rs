@@ -249,6 +249,7 @@ pub const PSPLIT_ENCODE_KEEP_DEGENERATE: u32 = 2;
 pub const PSPLIT_ENCODE_KEEP_UNUSED: u32 = 4;
 pub const PSPLIT_ENCODE_CONDENSE: u32 = 8;
 pub const PSPLIT_ENCODE_WITHOUT_VERIFYING: u32 = 16;
+pub const PSPLIT_ENCODE_POINTS: u32 = 32;
 c_struct! {
     pub struct psplit_encode_options {
         pub struct_size: u32,
