@@ -78,19 +78,6 @@ Expected<EncodedMesh> encode_in_order(const Mesh& mesh, Span<const AttributeCodi
   return encoded;
 }
 
-Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> bytes) {
-  Expected<DracoGeometry> decoded = decode_geometry(bytes);
-  if (!decoded) return runtime_failure("an encoded point cloud is refused: " + decoded.status().to_string());
-  Mesh mesh{decoded->point_count, {}, {}};
-  const std::vector<AttributeRequest> requests = stream_requests(cloud);
-  for (size_t i = 0; i < requests.size(); ++i) {
-    const AttributeRequest& request = requests[i];
-    mesh.attributes.push_back({request.semantic, request.component_type, request.component_count,
-                               request.normalized, std::move(decoded->attributes[request.unique_id].values)});
-  }
-  return mesh;
-}
-
 Expected<EncodedMesh> encode_whole_cloud(const Mesh& cloud, Span<const AttributeCoding> codings,
                                          const StreamOptions& options, const ThreadPool& pool) {
   if (!cloud.faces.empty()) return invalid_input("a point cloud has no faces");

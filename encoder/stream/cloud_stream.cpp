@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -11,6 +12,8 @@
 #include "encoder/stream/sequential_stream.h"
 #include "encoder/welding/weld.h"
 #include "src/container/bit_string.h"
+#include "src/container/claims.h"
+#include "src/core/decode_cloud.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
@@ -152,6 +155,35 @@ Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const Attribute
   Expected<std::vector<uint8_t>> bytes = write_sequential_cloud({apart, codings, points}, speed, labels);
   if (!bytes) return bytes.status();
   return EncodedCloud{std::move(*bytes), std::move(points)};
+}
+
+Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> stream) {
+  core::ValueCounts counts{cloud.point_count, static_cast<uint32_t>(cloud.attributes.size()), 0};
+  for (const Attribute& attribute : cloud.attributes) counts.components += attribute.component_count;
+  core::CloudHeader header;
+  core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
+  const auto patch = std::make_unique<core::Patch<uint32_t>>();
+  const size_t size = core::cloud_workspace_bytes<uint32_t>(header, stream.size(), counts);
+  const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
+  core::Arena arena(memory.get(), size);
+  if (fault == core::Fault::kNone) fault = core::decode_cloud<uint32_t>(header, arena, *patch);
+  if (fault != core::Fault::kNone)
+    return runtime_failure("an encoded point cloud is refused: " + status_of(fault).to_string());
+  Mesh decoded{patch->point_count, {}, {}};
+  const std::vector<size_t> order = attribute_order(cloud);
+  if (patch->attributes.size() != order.size())
+    return runtime_failure("an encoded point cloud lost an attribute");
+  decoded.attributes.resize(order.size());
+  for (uint32_t i = 0; i < order.size(); ++i) {
+    const Attribute& of = cloud.attributes[order[i]];
+    Attribute& attribute = decoded.attributes[order[i]];
+    attribute = {of.semantic, of.component_type, of.component_count, of.normalized, {}};
+    const size_t stride = patch->attributes[i].stride();
+    attribute.values.resize(decoded.point_count * stride);
+    auto* const values = reinterpret_cast<uint8_t*>(attribute.values.data());
+    patch->write_values(patch->attributes[i], [=](uint32_t point) { return values + point * stride; });
+  }
+  return decoded;
 }
 
 }  // namespace psplit

@@ -31,4 +31,8 @@ struct EncodedCloud {
 Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const AttributeCoding> codings, bool is_tree,
                                     int speed, std::span<const DracoLabel> labels = {});
 
+// Decodes a stream of the cloud. The attributes are those of the cloud, in their order, if the stream was
+// encoded without labels. Errors: kRuntimeFailure.
+Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> stream);
+
 }  // namespace psplit

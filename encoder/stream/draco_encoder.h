@@ -61,8 +61,8 @@ Status deduplicate(DracoMesh& mesh);
 Expected<LabelledStream> encode_as_draco(const DracoMesh& mesh, std::vector<AttributeCoding> codings,
                                          bool is_sequential, int speed);
 
-// The methods of point clouds.
-enum class CloudMethod : uint8_t { kSequential, kTree };
+// The methods of point clouds. The numbers are Draco's.
+enum class CloudMethod : uint8_t { kSequential = 0, kTree = 1 };
 
 // The same for the points of a mesh without faces, as draco::PointCloud: any attributes, in any order, several
 // POSITIONs among them. Without a method, it is the one that libdraco chooses. Equal points stay, unless

@@ -349,7 +349,7 @@ std::vector<uint32_t> encode_tree(TreePoints points, uint8_t level, std::vector<
   append_u32(points.count, out);
   if (points.count == 0) return {};
   const bool is_by_choice = level == KdTree::kMostLevel;
-  if (points.axis_count == 3)
+  if (!PSPLIT_IS_SMALL_CODE && points.axis_count == 3)
     return is_by_choice ? encode<3, CutsByChoice>(points, level, bits, out)
                         : encode<3, CutsInTurn>(points, level, bits, out);
   return is_by_choice ? encode<0, CutsByChoice>(points, level, bits, out)

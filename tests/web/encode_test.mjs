@@ -8,10 +8,10 @@ import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { page_test } from './browser.mjs';
-import { compressed_primitives, corpus_folder, files_below, gltf_psplit, package_folder, psplit, random_numbers } from './load.mjs';
+import { compressed_primitives, corpus_folder, files_below, gltf_psplit, package_folder, psplit, random_numbers, stock } from './load.mjs';
 
 const import_package = (name) => import(pathToFileURL(path.join(package_folder, name)));
-const { PsplitError, configure, createEncoder, encodeMesh, encodeMeshes } = await import_package('encode.js');
+const { PsplitError, configure, createEncoder, encodeMesh, encodeMeshes, encodePoints } = await import_package('encode.js');
 const { decodeGlb } = await import_package('asset.js');
 const folder = mkdtempSync(path.join(tmpdir(), 'psplit-encode-'));
 after(() => rmSync(folder, { recursive: true }));
@@ -274,4 +274,42 @@ page_test('a page encodes in a worker', { headers: { 'Content-Security-Policy': 
   assert.deepEqual([faceCount, decoded, progress.at(-1)], [7200, 7200, 7200]);
   assert.ok(progress.length >= 7);
   assert.ok(site.requests.includes('/psplit/encode_worker.js'));
+});
+
+// draco3d's stream of the same points, with the same bits.
+function stock_cloud(draco, { attributes }, bits, speed) {
+  const builder = new draco.PointCloudBuilder(), cloud = new draco.PointCloud(), encoder = new draco.Encoder(), out = new draco.DracoInt8Array();
+  const semantics = { POSITION: draco.POSITION, NORMAL: draco.NORMAL, COLOR_0: draco.COLOR };
+  for (const [name, { array, componentCount }] of Object.entries(attributes))
+    builder[array instanceof Float32Array ? 'AddFloatAttribute' : 'AddUInt8Attribute'](cloud, semantics[name], array.length / componentCount, componentCount, array);
+  Object.entries(bits).forEach(([name, count]) => encoder.SetAttributeQuantization(semantics[name], count));
+  encoder.SetSpeedOptions(speed, speed);
+  return Uint8Array.from({ length: encoder.EncodePointCloudToDracoBuffer(cloud, false, out) }, (_, i) => out.GetValue(i));
+}
+
+test('point clouds have the bytes of draco3d, and their points are where they are said to be', async () => {
+  const draco = await stock.createEncoderModule({}), { attributes } = bent_grid(20), points = attributes.POSITION.array.length / 3;
+  const cloud = { attributes: { POSITION: attributes.POSITION, NORMAL: attributes.NORMAL,
+    COLOR_0: { array: Uint8Array.from({ length: 4 * points }, (_, i) => (i * 37) % 256), componentCount: 4 } } };
+  const encoder = createEncoder();
+  for (const encodeSpeed of [0, 5, 9, 10])
+    for (const lossless of [false, true]) {
+      const options = lossless ? { encodeSpeed, lossless } : { encodeSpeed, positionBits: 11, normalBits: 9 };
+      const made = await encodePoints(cloud, { ...options, decoded: true });
+      assert.deepEqual(made.stream, stock_cloud(draco, cloud, lossless ? {} : { POSITION: 11, NORMAL: 9 }, encodeSpeed), JSON.stringify(options));
+      assert.deepEqual((await encoder.encodePoints(cloud, options)).stream, made.stream);
+      assert.deepEqual([...made.sourcePoints].sort((a, b) => a - b), Array.from({ length: points }, (_, i) => i));
+      const is_tree = made.stream[8] === 1, [position, , color] = made.attributes;
+      assert.equal(is_tree, !lossless && encodeSpeed < 10);
+      made.sourcePoints.forEach((source, i) => {
+        for (let k = 0; k < 4; ++k) assert.equal(color.array[4 * i + k], cloud.attributes.COLOR_0.array[4 * source + k]);
+        for (let k = 0; k < 3; ++k)
+          assert.ok(Math.abs(position.array[3 * i + k] - attributes.POSITION.array[3 * source + k]) <= (lossless ? 0 : 1e-3));
+      });
+      assert.ok(made.positionError <= 1e-3);
+    }
+  encoder.dispose();
+  await assert.rejects(encodePoints({ ...cloud, indices: Uint32Array.of(0, 1, 2) }), /neither indices/);
+  await assert.rejects(encodePoints({ attributes: { POSITION: { array: new Float32Array(0), componentCount: 3 } } }), /no points/);
+  await assert.rejects(encodePoints(cloud, { positionBits: 'auto' }), /no edges/);
 });

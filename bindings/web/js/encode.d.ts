@@ -124,6 +124,31 @@ export function encodeMesh(mesh: MeshToEncode, options?: EncodeOptions): Promise
 /** Encodes several meshes with common grids, as the primitives of a glTF mesh. Errors name the number of the mesh. */
 export function encodeMeshes(meshes: MeshToEncode[], options?: MeshesOptions): Promise<EncodedMesh[]>;
 
+export interface PointsToEncode {
+  /** By glTF's names. POSITION is one of them. Uint32Arrays may be among them. */
+  attributes: Record<string, AttributeToEncode>;
+}
+
+/** What a point cloud has no part in is left out. */
+export type PointsOptions = Pick<EncodeOptions, 'positionBits' | 'maxError' | 'normalBits' | 'texcoordBits' | 'colorBits' | 'genericBits' | 'lossless'
+  | 'exact' | 'encodeSpeed' | 'verify' | 'decoded' | 'signal'>;
+
+export interface EncodedPoints {
+  /** A Draco point cloud, as a `.drc` file has it. */
+  stream: Uint8Array;
+  pointCount: number;
+  attributes: (Omit<EncodedAttribute, 'type'> & { type: EncodedAttribute['type'] | 'uint32' })[];
+  /** For each point of the stream, the given point that it was. A kD-tree has an order of its own. */
+  sourcePoints: Uint32Array;
+  positionError?: number;
+}
+
+/**
+ * Encodes points without faces, on the calling thread, to the bytes of libdraco's encoder: as a kD-tree, or at `encodeSpeed` 10, and
+ * with floats that are exact, sequentially, in their order. All points are kept.
+ */
+export function encodePoints(points: PointsToEncode, options?: PointsOptions): Promise<EncodedPoints>;
+
 /**
  * Says where `psplit_encoder.wasm` and `encode_worker.js` are, if not beside the package's code. An option that is left out has its
  * default again.
@@ -138,6 +163,7 @@ export interface Transfer {
 /** Encodes in workers. `signal` ends a job at once. */
 export interface Encoder {
   ready(): Promise<void>;
+  encodePoints(points: PointsToEncode, options?: PointsOptions & Transfer): Promise<EncodedPoints>;
   encodeMesh(mesh: MeshToEncode, options?: EncodeOptions & Transfer): Promise<EncodedMesh>;
   encodeMeshes(meshes: MeshToEncode[], options?: MeshesOptions & Transfer): Promise<EncodedMesh[]>;
   /** Ends all workers. Jobs that are not done reject with the code `aborted`. */

@@ -33,6 +33,10 @@ export async function encodeMesh(mesh, options) {
   return (await encodeMeshes([mesh], options))[0];
 }
 
+export async function encodePoints(points, options) {
+  return encodeMesh(points, { ...options, points: true });
+}
+
 const kEncoders = { job_runner, node_worker, page_worker, does: 'encodes', worker: () => configured.worker,
   load: (wasm) => (wasm == null ? shared_module() : compile(wasm)) };
 
@@ -88,6 +92,9 @@ class Encoder {
   }
   async encodeMesh(mesh, options) {
     return (await this.encodeMeshes([mesh], options))[0];
+  }
+  async encodePoints(points, options) {
+    return this.encodeMesh(points, { ...options, points: true });
   }
   dispose() {
     this.#workers.dispose();

@@ -44,6 +44,7 @@ const kOptions = {
   nearY: [0, a_number(-Infinity, Infinity, false)],
   nearZ: [0, a_number(-Infinity, Infinity, false)],
   verify: [true, a_flag],
+  points: [false, a_flag],
 };
 const kNames = Object.keys(kOptions), kOwnNames = ['positionBitsBy', 'chooseByBytes', 'nearX', 'nearY', 'nearZ'];
 
@@ -77,7 +78,7 @@ function attribute_of(name, given) {
   return { name, type, componentCount: components, normalized: normalized === true, array };
 }
 
-function mesh_of(given) {
+function mesh_of(given, is_cloud) {
   if (!is_object(given?.attributes)) throw invalid('the mesh has no attributes');
   const attributes = Object.entries(given.attributes).map(([name, attribute]) => attribute_of(name, attribute));
   const position = attributes.find(({ name }) => name === 'POSITION');
@@ -90,10 +91,11 @@ function mesh_of(given) {
   const { indices, distinct } = given;
   if (indices != null && ![Uint8Array, Uint16Array, Uint32Array].some((Type) => indices instanceof Type))
     throw invalid('the indices are neither a Uint8Array, a Uint16Array nor a Uint32Array');
-  if ((indices?.length ?? points) % 3 !== 0) throw invalid('the indices are not whole faces');
+  if (is_cloud && (indices != null || distinct != null)) throw invalid('a point cloud has neither indices nor bytes `distinct`');
+  if (!is_cloud && (indices?.length ?? points) % 3 !== 0) throw invalid('the indices are not whole faces');
   if (distinct != null && (!ArrayBuffer.isView(distinct) || (points > 0 && distinct.byteLength % points !== 0)))
     throw invalid('the bytes `distinct` are not as many for each point');
-  return { indices: indices ?? undefined, points, attributes, distinct: distinct == null ? undefined : bytes_of(distinct) };
+  return { indices: is_cloud ? new Uint32Array(0) : indices ?? undefined, points, attributes, distinct: distinct == null ? undefined : bytes_of(distinct) };
 }
 
 /**
@@ -108,7 +110,8 @@ export function encode_job(meshes, options) {
   if (!Array.isArray(exact) || exact.some((name) => typeof name !== 'string')) throw invalid('the option `exact` is not an array of names');
   if (onProgress != null && typeof onProgress !== 'function') throw invalid('the option `onProgress` is not a function');
   if (!Array.isArray(meshes) || meshes.length === 0) throw invalid('there are no meshes');
-  const job = { meshes: meshes.map(mesh_of), numbers: numbers_of(rest), exact, grids: grids ?? meshes.map(() => 0), decoded, leave, offsets };
+  const is_cloud = rest.points === true;
+  const job = { meshes: meshes.map((mesh) => mesh_of(mesh, is_cloud)), numbers: numbers_of(rest), is_cloud, exact, grids: grids ?? meshes.map(() => 0), decoded, leave, offsets };
   if (!Array.isArray(job.grids) || job.grids.length !== meshes.length || !job.grids.every((grid) => Number.isInteger(grid) && grid >= 0))
     throw invalid('the option `grids` is not a number for each mesh');
   return job;
@@ -136,7 +139,7 @@ class Encoding {
     this.#exports.release(from);
   }
 
-  encode(i, { attributes }, { decoded: with_decoded, leave, meshes }) {
+  encode(i, { attributes }, { decoded: with_decoded, is_cloud, leave, meshes }) {
     const at = this.#exports.encode(this.#handle, i);
     if (at === 0) {
       const error = this.#instance.last_error();
@@ -148,15 +151,16 @@ class Encoding {
       source_points, faces] = words;
     const copy = (Type, from, length) => this.#view(Type, from, length).slice();
     const error = this.#exports.position_error(this.#handle);
-    return { container: copy(Uint8Array, container, byte_count), faceCount, pointCount, patchCount, hasResidue: streams > patchCount,
+    const bytes = copy(Uint8Array, container, byte_count);
+    return { ...(is_cloud ? { stream: bytes, pointCount } : { container: bytes, faceCount, pointCount, patchCount, hasResidue: streams > patchCount }),
       attributes: attributes.map(({ name, type, componentCount, normalized }, k) => {
         const [uniqueId, bits, values] = words.subarray(12 + 3 * k);
         return { name, uniqueId, type, componentCount, normalized, bits,
           ...(with_decoded && { array: copy(kArrays[kTypes.indexOf(type)], values, pointCount * componentCount) }) };
       }),
-      ...(with_decoded && { indices: copy(Uint32Array, faces, 3 * faceCount) }),
+      ...(with_decoded && !is_cloud && { indices: copy(Uint32Array, faces, 3 * faceCount) }),
       sourcePoints: copy(Uint32Array, source_points, pointCount),
-      mergedPoints, droppedPoints, droppedFaces, headBytes, meets: this.#meets, ...(!Number.isNaN(error) && { positionError: error }) };
+      ...(!is_cloud && { mergedPoints, droppedPoints, droppedFaces, headBytes, meets: this.#meets }), ...(!Number.isNaN(error) && { positionError: error }) };
   }
 
   #view(Type, at, length) {
@@ -205,5 +209,5 @@ export function encode_meshes(module, job, report) {
 }
 
 /** The buffers of results, for a transfer between threads. */
-export const buffers_of = (results) => results.flatMap(({ container, sourcePoints, indices, attributes = [] }) =>
-  [container, sourcePoints, indices, ...attributes.map(({ array }) => array)].filter((array) => array !== undefined).map(({ buffer }) => buffer));
+export const buffers_of = (results) => results.flatMap(({ container, stream, sourcePoints, indices, attributes = [] }) =>
+  [container, stream, sourcePoints, indices, ...attributes.map(({ array }) => array)].filter((array) => array !== undefined).map(({ buffer }) => buffer));

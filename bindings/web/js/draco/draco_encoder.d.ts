@@ -64,6 +64,7 @@ declare namespace createEncoderModule {
   export interface Encoder extends AnyEncoder {
     /** Returns the length of the stream, or 0. */
     EncodeMeshToDracoBuffer(mesh: Mesh, out: DracoInt8Array): number;
+    EncodePointCloudToDracoBuffer(cloud: PointCloud, deduplicate: boolean, out: DracoInt8Array): number;
   }
   export interface ExpertEncoder extends AnyEncoder {
     EncodeToDracoBuffer(deduplicate: boolean, out: DracoInt8Array): number;
@@ -71,7 +72,7 @@ declare namespace createEncoderModule {
 
   export interface EncoderModule {
     Encoder: new () => Encoder;
-    ExpertEncoder: new (mesh: Mesh) => ExpertEncoder;
+    ExpertEncoder: new (mesh: Mesh | PointCloud) => ExpertEncoder;
     Mesh: new () => Mesh;
     PointCloud: new () => PointCloud;
     MeshBuilder: new () => MeshBuilder;

@@ -11,7 +11,7 @@ var DracoEncoderModule = (() => {
     INVALID: -1, POSITION: 0, NORMAL: 1, COLOR: 2, TEX_COORD: 3, GENERIC: 4,
     MESH_SEQUENTIAL_ENCODING: 0, MESH_EDGEBREAKER_ENCODING: 1,
   };
-  const { POSITION, GENERIC, MESH_SEQUENTIAL_ENCODING, MESH_EDGEBREAKER_ENCODING } = kConstants;
+  const { POSITION, GENERIC, MESH_EDGEBREAKER_ENCODING } = kConstants;
   const kMostComponents = 127, kMostSpeed = 10, kDefaultSpeed = 5, kLongestName = 255, kUnsupported = 5;
   const kFlagsAt = 10, kHasMetadata = 0x80, kHeaderBytes = 11;
 
@@ -191,15 +191,13 @@ var DracoEncoderModule = (() => {
 
       // Returns the length of the stream, or 0 where draco3d does. `key_of`: what the quantization of an attribute was set for.
       encode_(mesh, deduplicate, out, key_of) {
-        if (!(mesh instanceof Mesh)) throw new Error('psplit encodes no point clouds');
         const speed = Math.max(...this.#speeds) === -1 ? kDefaultSpeed : Math.max(...this.#speeds);
-        const method = this.#method !== -1 ? this.#method : speed === kMostSpeed ? MESH_SEQUENTIAL_ENCODING : MESH_EDGEBREAKER_ENCODING;
         if (!(speed >= 0 && speed <= kMostSpeed)) throw new RangeError(`psplit encodes at speeds from 0 to ${kMostSpeed}`);
         if (mesh.attributes_.some(({ count }) => count !== mesh.point_count_)) throw new Error('psplit: attributes with different numbers of values');
         if (mesh.attributes_.length === 0 || mesh.point_count_ === 0) return 0;
         const core = mesh.core_;
         if (deduplicate) mesh.deduplicate_();
-        const stream = this.#encode(core, mesh, method !== MESH_EDGEBREAKER_ENCODING, speed, this.#numbers(mesh, key_of));
+        const stream = this.#encode(core, mesh, speed, this.#numbers(mesh, key_of));
         const bytes = stream !== undefined && mesh.metadata_ !== undefined ? with_metadata(stream, mesh.metadata_) : stream;
         if (bytes === undefined) return 0;
         out.array_ = bytes;
@@ -214,10 +212,12 @@ var DracoEncoderModule = (() => {
           return [bits, 1, range, ...Array.from({ length: attribute.components }, (_, k) => origin[k] ?? 0)];
         }));
       }
-      #encode(core, mesh, is_sequential, speed, numbers) {
+      #encode(core, mesh, speed, numbers) {
         const at = core.allocate(numbers.byteLength);
         new Float32Array(core.buffer, at, numbers.length).set(numbers);
-        const result = core.call('encode_mesh', mesh.handle_, is_sequential ? 1 : 0, speed, at) >>> 0;
+        const method = this.#method, is_sequential = method !== -1 ? method !== MESH_EDGEBREAKER_ENCODING : speed === kMostSpeed;
+        const result = (mesh instanceof Mesh ? core.call('encode_mesh', mesh.handle_, is_sequential ? 1 : 0, speed, at)
+          : core.call('encode_cloud', mesh.handle_, method === 0 || method === 1 ? method : -1, speed, at)) >>> 0;
         core.exports.release(at);
         if (result === 0) {
           const { code, message } = core.last_error();
@@ -225,7 +225,8 @@ var DracoEncoderModule = (() => {
           return undefined;
         }
         const [bytes, length, ...counts] = core.words(result, 4), stream = new Int8Array(core.buffer, bytes, length).slice();
-        this.#counts = this.#is_tracking ? counts : [0, 0];
+        // draco3d's Encoder does not count the points of clouds.
+        this.#counts = this.#is_tracking && (mesh instanceof Mesh || this instanceof ExpertEncoder) ? counts : [0, 0];
         core.exports.free_stream();
         return stream;
       }
@@ -235,7 +236,7 @@ var DracoEncoderModule = (() => {
         if (!mesh.attributes_.some(({ semantic }) => semantic === POSITION)) return 0;
         return this.encode_(mesh, true, out, ({ semantic }) => semantic);
       }
-      EncodePointCloudToDracoBuffer(cloud, deduplicate, out) { return this.encode_(cloud, deduplicate, out); }
+      EncodePointCloudToDracoBuffer(cloud, deduplicate, out) { return this.encode_(cloud, deduplicate, out, ({ semantic }) => semantic); }
     }
     class ExpertEncoder extends AnyEncoder {
       constructor(mesh) {

@@ -26,7 +26,7 @@ struct Options {
   double position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, morph_bits, lossless;
   double position_bits_by, max_error;
   double speed, by_bytes, keep_duplicates, keep_degenerate, keep_unused;
-  double condense, boxes, order, near_x, near_y, near_z, verify;
+  double condense, boxes, order, near_x, near_y, near_z, verify, points;
 };
 
 struct Source {
@@ -76,6 +76,7 @@ void read_options(const Options& from, EncodeOptions& options) {
   options.boxes = from.boxes != 0;
   options.order = {static_cast<PatchOrder::By>(from.order), {from.near_x, from.near_y, from.near_z}};
   options.verify = from.verify != 0;
+  if (from.points != 0) options.storage = Storage::kCloud;
 }
 
 Status choose(const Options& from, Encoding& encoding, size_t& failed) {
