@@ -128,20 +128,36 @@ Expected<PrecisePosition> MeshBuilder::position(uint32_t point) {
   return are_precise_ ? positions_[point] : precise(position_at(mesh_.attributes[0], point));
 }
 
-Expected<Document> document_from_mesh_file(MeshFile file) {
-  std::erase_if(file.objects, [](MeshFileObject& object) {
-    std::erase_if(object.parts, [](const MeshFilePart& part) { return part.mesh.faces.empty(); });
+bool has_only_points(const MeshFile& file) {
+  return std::ranges::all_of(file.objects, [](const MeshFileObject& object) {
+    return std::ranges::all_of(object.parts, [](const MeshFilePart& part) { return part.mesh.faces.empty(); });
+  });
+}
+
+Expected<Document> document_from_mesh_file(MeshFile file, bool takes_points) {
+  const bool are_points = takes_points && has_only_points(file);
+  const bool has_points = std::ranges::any_of(file.objects, [](const MeshFileObject& object) {
+    return std::ranges::any_of(object.parts,
+                               [](const MeshFilePart& part) { return part.mesh.point_count > 0; });
+  });
+  std::erase_if(file.objects, [&](MeshFileObject& object) {
+    std::erase_if(object.parts, [&](const MeshFilePart& part) {
+      return are_points ? part.mesh.point_count == 0 : part.mesh.faces.empty();
+    });
     return object.parts.empty();
   });
-  if (file.objects.empty()) return unsupported("has no triangles");
+  if (file.objects.empty() && takes_points) return unsupported("has neither triangles nor points");
+  if (file.objects.empty())
+    return unsupported(has_points ? "has no triangles: only a .drc file is made of points"
+                                  : "has no triangles");
   for (const MeshFileObject& object : file.objects)
     for (const MeshFilePart& part : object.parts)
       if (part.mesh.faces.size() > UINT32_MAX / 3)
         return unsupported("more faces than a glTF accessor can count");
-  return document_of_objects(std::move(file));
+  return document_of_objects(std::move(file), are_points);
 }
 
-Document document_of_objects(MeshFile file) {
+Document document_of_objects(MeshFile file, bool are_points) {
   Document document = new_document();
   Json& json = document.json();
   Json meshes = Json::array(), nodes = Json::array(), roots = Json::array();
@@ -151,7 +167,7 @@ Document document_of_objects(MeshFile file) {
   for (MeshFileObject& object : file.objects) {
     Json primitives = Json::array();
     for (MeshFilePart& part : object.parts) {
-      primitives.push_back(append_primitive(document, std::move(part.mesh)));
+      primitives.push_back(append_primitive(document, std::move(part.mesh), are_points));
       if (part.material >= 0) primitives.back()["material"] = part.material;
     }
     Json mesh = Json::object(), node = Json::object();

@@ -122,11 +122,15 @@ class MeshBuilder : public MeshSink {
   std::vector<PrecisePosition> positions_;
 };
 
+// Whether no object of the file has faces.
+bool has_only_points(const MeshFile& file);
+
 // One mesh and one node for each object. The values are moved from `file` into the document one after the
-// other. Errors: kUnsupported if there are no faces.
-Expected<Document> document_from_mesh_file(MeshFile file);
+// other. With `takes_points`, a file without any faces becomes primitives of points. Errors: kUnsupported if
+// there is nothing to draw.
+Expected<Document> document_from_mesh_file(MeshFile file, bool takes_points = false);
 // The same without checks: meshes may be empty, for values that are stored elsewhere.
-Document document_of_objects(MeshFile file);
+Document document_of_objects(MeshFile file, bool are_points = false);
 
 // The text as UTF-8. Text that is not valid UTF-8 is read as Latin-1.
 std::string as_utf8(const std::string& text);

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <type_traits>
@@ -431,6 +432,20 @@ class ObjReader {
       file_.objects[part.object].parts.back().material = material;
       points_of_part[i] = {};
     }
+    if (has_only_points(file_)) file_.objects[0].parts.push_back(vertices());
+  }
+
+  // The vertices of a file without faces. Nothing says which normals they have.
+  MeshFilePart vertices() const {
+    MeshFilePart part;
+    part.mesh.point_count = static_cast<uint32_t>(positions_.count);
+    part.mesh.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, {}});
+    std::vector<uint32_t> indices(positions_.count);
+    std::iota(indices.begin(), indices.end(), 0u);
+    for (const uint32_t index : indices) part.positions.push_back(positions_[index]);
+    if (colors_.count > 0 && !some_lack_colors_)
+      part.mesh.attributes.push_back(attribute_of("COLOR_0", colors_.values, indices));
+    return part;
   }
 
   struct Pending {

@@ -250,9 +250,11 @@ void settle_positions(MeshFile& file, const OriginChoice& choice) {
   bool has_doubles = false;
   std::vector<PositionSpread> spreads;
   std::vector<MeshFileObject*> objects;
+  const bool are_points = has_only_points(file);
   for (MeshFileObject& object : file.objects) {
-    // Objects without faces become no mesh.
-    if (std::ranges::all_of(object.parts, [](const MeshFilePart& p) { return p.mesh.faces.empty(); })) {
+    // Objects without faces become no mesh, unless there are no others.
+    if (!are_points &&
+        std::ranges::all_of(object.parts, [](const MeshFilePart& p) { return p.mesh.faces.empty(); })) {
       for (MeshFilePart& part : object.parts) make_floats(part, {});
       continue;
     }

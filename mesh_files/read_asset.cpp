@@ -89,7 +89,7 @@ Expected<Asset> asset_of(Expected<Document> document, const Losses& losses = {})
   return Asset{std::move(*document), std::move(warnings)};
 }
 
-Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source,
+Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source, bool takes_points,
                                const ThreadPool& pool, const OriginChoice& origin) {
   std::vector<fs::path> libraries;
   Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner, pool)
@@ -104,7 +104,7 @@ Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::p
   repair_values(*file);
   std::vector<std::string> warnings = file->losses.sentences();
   say_heights(*file, source.parent_path(), warnings);
-  Expected<Document> document = document_from_mesh_file(std::move(*file));
+  Expected<Document> document = document_from_mesh_file(std::move(*file), takes_points);
   if (!document) return document.status();
   document->files = std::move(libraries);
   return Asset{std::move(*document), std::move(warnings), true};
@@ -135,7 +135,7 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
     Expected<Document> document = read_whole_file(scanner, *format, source, describe, decode_points, losses);
     return asset_of(std::move(document), losses);
   }
-  if (format) return read_mesh_file(scanner, *format, source, pool, origin);
+  if (format) return read_mesh_file(scanner, *format, source, decode_points != nullptr, pool, origin);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "a format that is not known; these are read: " + asset_extensions_text();
   return unsupported(text);

@@ -290,10 +290,10 @@ Status check_positions(std::span<const PlacedPart> parts) {
 }
 
 std::string ply_header_text(uint64_t point_count, const std::string& properties, uint64_t face_count) {
+  const std::string faces = "element face " + std::to_string(face_count) + "\nproperty list uchar " +
+                            (point_count > INT32_MAX ? "uint" : "int") + " vertex_indices\n";
   return "ply\nformat binary_little_endian 1.0\ncomment made by gltf-psplit\nelement vertex " +
-         std::to_string(point_count) + "\n" + properties + "element face " + std::to_string(face_count) +
-         "\nproperty list uchar " + (point_count > INT32_MAX ? "uint" : "int") +
-         " vertex_indices\nend_header\n";
+         std::to_string(point_count) + "\n" + properties + (face_count > 0 ? faces : "") + "end_header\n";
 }
 
 std::set<std::string> attributes_left_out(AssetFormat format, std::span<const PlacedPart> parts) {

@@ -45,7 +45,7 @@ AccessorData index_data(const Mesh& mesh) {
   return data;
 }
 
-Json append_primitive(Document& document, Mesh mesh) {
+Json append_primitive(Document& document, Mesh mesh, bool are_points) {
   Json attributes = Json::object();
   for (Attribute& attribute : mesh.attributes) {
     const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
@@ -53,6 +53,8 @@ Json append_primitive(Document& document, Mesh mesh) {
     attributes[attribute.semantic] =
         append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
   }
+  constexpr int kPoints = 0;
+  if (are_points) return {{"attributes", std::move(attributes)}, {"mode", kPoints}};
   const AccessorData indices = index_data(mesh);
   mesh = {};
   return {{"attributes", std::move(attributes)},

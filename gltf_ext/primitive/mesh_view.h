@@ -16,7 +16,8 @@ MeshView view_of(const Mesh& mesh);
 AccessorData index_data(const Mesh& mesh);
 // Appends a mesh to the document's buffer. Returns a primitive with its attributes and indices. Frees each
 // array of the mesh once the document has it.
-Json append_primitive(Document& document, Mesh mesh);
+// With `are_points` it is one of points, and the mesh has no faces.
+Json append_primitive(Document& document, Mesh mesh, bool are_points = false);
 
 // A mesh laid out as PrimitiveEditor stores it: the attributes, then the indices, each on a 4-byte boundary.
 struct LaidOutMesh {

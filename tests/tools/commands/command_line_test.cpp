@@ -173,7 +173,7 @@ TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
   must_run({"encode", path("asset.bin"), path("out.glb")});
 }
 
-TEST_F(CommandLine, PointCloudsAreUnsupported) {
+TEST_F(CommandLine, PointCloudsAreNotSplit) {
   const std::string vertices = "property float x\nproperty float y\nproperty float z\n";
   write("none.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices + "end_header\n0 0 0\n");
   write("zero.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices +
@@ -182,11 +182,14 @@ TEST_F(CommandLine, PointCloudsAreUnsupported) {
   // decoded.
   write("cloud.drc", std::string("DRACO\x02\x02\x00\x00\x00\x00\x01\x00\x00\x00\x00", 16));
   write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-  for (const char* command : {"encode", "decode"})
-    for (const char* name : {"none.ply", "zero.ply", "points.obj"}) {
-      fails(5, {command, path(name), path("out.glb")}, std::string(name) + ": has no triangles");
-      EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
-    }
+  for (const char* name : {"none.ply", "zero.ply", "points.obj"}) {
+    fails(5, {"encode", path(name), path("out.glb")}, std::string(name) + ": has no triangles: only a .drc");
+    EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+    must_run({"decode", path(name), path("points.glb")});
+    must_run({"encode", path(name), path("points.drc")});
+    EXPECT_TRUE(
+        contains(err_, std::string(name) == "points.obj" ? "3 points as a kD-tree" : "1 point as a kD-tree"));
+  }
   fails(5, {"encode", path("cloud.drc"), path("out.glb")}, "cloud.drc: a point cloud");
   fails(3, {"decode", path("cloud.drc"), path("out.glb")}, "cloud.drc: has no positions");
   fails(3, {"inspect", path("cloud.drc")}, "cloud.drc: has no positions");

@@ -18,6 +18,7 @@
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/mesh_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
@@ -172,7 +173,47 @@ Expected<Input> read_input(const EncodeCommandArguments& arguments, const Sessio
   return Input{std::move(asset->document), fits};
 }
 
+// A .drc file is one Draco stream: of the scene's mesh, or of its points if it has no triangles.
+bool is_draco_output(const EncodeCommandArguments& arguments) {
+  return mesh_format_of_output(arguments.output) == AssetFormat::kDraco;
+}
+
+Expected<Document> read_for_draco(const EncodeCommandArguments& arguments, const Session& session,
+                                  WriteReport& written) {
+  if (arguments.memory > 0)
+    return wrong_usage("--memory cannot be kept with a .drc file: Draco needs whole meshes");
+  if (!arguments.report.empty()) return wrong_usage("--report tells of .glb and .gltf outputs");
+  return read_for_output(arguments.input, arguments.output, "", session, written, "auto", {},
+                         OutputForms::kGltfAndMeshFiles, PointClouds::kRead, arguments.encode.origin);
+}
+
+Status run_encode_draco(const EncodeCommandArguments& arguments, const Session& session) {
+  const Stopwatch watch;
+  WriteReport written;
+  Expected<Document> document = read_for_draco(arguments, session, written);
+  if (!document) return document.status();
+  AssetSizes sizes{bytes_on_disk(*document), {}};
+  const Json dropped =
+      drop_extensions(*document, arguments.encode.drop_extensions, arguments.input, session.log);
+  if (Status status = decode_document(*document, find_backend({}), session.pool); !status.ok())
+    return std::move(status).at({.file = arguments.input});
+  EncodeStatistics lost;
+  if (Status status =
+          write_mesh_output(*document, arguments.output, AssetFormat::kDraco,
+                            {true, arguments.write.images, arguments.encode.options}, session, written, lost);
+      !status.ok())
+    return status;
+  sizes.output = bytes_on_disk(arguments.output);
+  const std::string changes = changes_text(lost);
+  session.log.note(written_text(arguments.output, sizes,
+                                "one Draco stream" + (changes.empty() ? "" : "; " + changes) + "; " +
+                                    as_duration(watch.ms()) +
+                                    (arguments.encode.options.verify ? "" : ", not verified")));
+  return {};
+}
+
 Status run_encode(const EncodeCommandArguments& arguments, const Session& session) {
+  if (is_draco_output(arguments)) return run_encode_draco(arguments, session);
   const EncodeDocumentOptions& options = arguments.encode.options;
   const Stopwatch watch;
   WriteReport written;
@@ -221,7 +262,9 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
 Status run_dry(const EncodeCommandArguments& arguments, const Session& session) {
   WriteReport written;
   Status status;
-  if (arguments.memory > 0 && !read_asset_json(arguments.input).ok()) {
+  if (is_draco_output(arguments)) {
+    status = read_for_draco(arguments, session, written).status();
+  } else if (arguments.memory > 0 && !read_asset_json(arguments.input).ok()) {
     // Mesh files are read once, when they are encoded.
     status = check_paths(arguments.input, nullptr, arguments.output, arguments.report, session, written);
     if (status.ok()) status = open_byte_stream(arguments.input).status();
@@ -298,10 +341,12 @@ void add_inputs(CLI::App& command, EncodeCommandArguments& arguments) {
       ->required();
   add_output_option(command, arguments.output);
   CLI::Option* output = command.get_option("--output");
-  output->required(false)->description(output->get_description() +
-                                       "; or a folder for all outputs, as batch writes them. A file of this "
-                                       "name is replaced, whatever it is: where a folder has two files, "
-                                       "`encode *.glb` without -o replaces the second");
+  output->required(false)->description(
+      output->get_description() +
+      "; or a .drc file, which is one Draco stream of a mesh, or of the "
+      "points of a file without faces; or a folder for all outputs, as batch writes them. A file of this "
+      "name is replaced, whatever it is: where a folder has two files, "
+      "`encode *.glb` without -o replaces the second");
 }
 
 // All words are inputs. Without -o, the last of two is the output.
@@ -350,6 +395,7 @@ void add_encode_command(CLI::App& app, Action& action) {
       {{"gltf-psplit encode dragon.ply dragon.glb", "split large primitives; keep small ones whole"},
        {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "cut more and smaller patches, for a GPU"},
        {"gltf-psplit encode scan.obj -o scan.glb --lossless", "keep every float exactly"},
+       {"gltf-psplit encode points.ply points.drc", "a Draco point cloud of a file without faces"},
        {"gltf-psplit encode scan.ply scan.gltf --memory 4GB", "a mesh that is larger than the memory"},
        {"gltf-psplit encode assets -o out", "all assets below a folder; a second run repeats what changed"},
        {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not support the extension"},

@@ -8,6 +8,7 @@
 #include "gltf_ext/document/named_binary.h"
 #include "gltf_ext/document/place_images.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/primitive/accessors.h"
 #include "gltf_ext/primitive/view_in_place.h"
 #include "mesh_files/mtl.h"
 #include "mesh_files/write_mesh_file.h"
@@ -74,7 +75,14 @@ bool has_extras(const Json& json) {
 // The parts of a scene, and what no mesh file can hold of it.
 class SceneParts {
  public:
-  SceneParts(const Document& document, const ThreadPool& pool) : document_(document), pool_(pool) {}
+  // `format` may hold points, which are taken if there are no triangles.
+  SceneParts(const Document& document, AssetFormat format, const ThreadPool& pool)
+      : document_(document),
+        takes_points_((format == AssetFormat::kPly || format == AssetFormat::kDraco) &&
+                      std::ranges::none_of(
+                          all_primitives(document),
+                          [&](PrimitiveId id) { return document.records().primitive(id).has_triangles(); })),
+        pool_(pool) {}
 
   Status read() {
     const Expected<std::vector<MeshInstance>> instances = scene_instances(document_);
@@ -86,7 +94,8 @@ class SceneParts {
       if (face_count_ > kSpareFaces + kMostRepeats * own_face_count_)
         return unsupported("the scene repeats its meshes too often to be written");
     }
-    if (parts.empty()) return unsupported("the scene shows no triangles");
+    if (parts.empty())
+      return unsupported(takes_points_ ? "the scene shows nothing" : "the scene shows no triangles");
     name_losses(document_.records().meshes.size() - shown.size());
     return {};
   }
@@ -109,7 +118,8 @@ class SceneParts {
     const std::vector<PrimitiveRecord>& primitives = document_.records().meshes[instance.mesh];
     for (size_t i = 0; i < primitives.size(); ++i) {
       if (!primitives[i].status.ok()) return primitives[i].status;
-      if (!primitives[i].has_triangles()) {
+      constexpr int kPoints = 0;
+      if (!primitives[i].has_triangles() && !(takes_points_ && primitives[i].mode == kPoints)) {
         ++other_primitives_;
         continue;
       }
@@ -130,15 +140,33 @@ class SceneParts {
   Expected<MeshView> view_of_primitive(PrimitiveId id) {
     const auto known = views_.find({id.mesh, id.primitive});
     if (known != views_.end()) return known->second;
-    std::optional<MeshView> view = valid_view_in_place(document_, id);
+    std::optional<MeshView> view = takes_points_ ? std::nullopt : valid_view_in_place(document_, id);
     if (!view) {
-      Expected<Mesh> mesh = read_primitive(document_, id, cpu_backend(), pool_);
+      Expected<Mesh> mesh = takes_points_ ? read_points(document_.records().primitive(id))
+                                          : read_primitive(document_, id, cpu_backend(), pool_);
       if (!mesh) return mesh.status();
       take_targets(*mesh);
       view = psplit::view_of(meshes_.emplace_back(std::move(*mesh)));
     }
     own_face_count_ += view->indices.count / 3;
     return views_.try_emplace({id.mesh, id.primitive}, std::move(*view)).first->second;
+  }
+
+  Expected<Mesh> read_points(const PrimitiveRecord& primitive) const {
+    if (primitive.indices >= 0) return unsupported("points with indices are not written");
+    Mesh points;
+    for (const auto& [semantic, accessor] : primitive.attributes) {
+      if (accessor < 0) return invalid_input(semantic + " has no accessor");
+      Expected<AccessorData> data = read_accessor(document_, accessor);
+      if (!data) return data.status();
+      if (!points.attributes.empty() && data->count != points.point_count)
+        return invalid_input(semantic + " has values for another number of points");
+      points.point_count = data->count;
+      points.attributes.push_back(
+          {semantic, data->component_type, data->component_count, data->normalized, std::move(data->values)});
+    }
+    if (points.find("POSITION") == nullptr) return invalid_input("points without POSITION");
+    return points;
   }
 
   std::string material_name(int64_t material) {
@@ -168,6 +196,7 @@ class SceneParts {
   }
 
   const Document& document_;
+  const bool takes_points_;
   const ThreadPool& pool_;
   std::deque<Mesh> meshes_;  // those whose values no buffer has as they are
   std::map<std::pair<size_t, size_t>, MeshView> views_;
@@ -301,10 +330,25 @@ Mesh mesh_of(const PlacedPart& part) {
   return mesh;
 }
 
+// "200 points as a kD-tree: POSITION has 14 bits, COLOR_0 is exact".
+std::string cloud_text(const EncodedMesh& encoded) {
+  const EncodedPiece& piece = encoded.pieces[0];
+  constexpr size_t kMethod = 8;
+  std::vector<std::string> attributes;
+  for (size_t i = 0; i < encoded.requests.size(); ++i) {
+    const int bits = encoded.codings[i].bits;
+    attributes.push_back(encoded.requests[i].semantic +
+                         (bits == 0 ? " is exact" : " has " + counted(static_cast<uint64_t>(bits), "bit")));
+  }
+  return counted(piece.point_count, "point") +
+         (piece.bytes[kMethod] == 1 ? " as a kD-tree: " : ", sequential: ") + joined(attributes);
+}
+
 Status write_draco(const std::string& path, const PlacedPart& part, const EncodeDocumentOptions& coding,
                    const Session& session, EncodeStatistics& lost) {
   EncodeOptions options = coding;
-  options.storage = Storage::kOneStream;
+  const bool is_cloud = part.face_count() == 0;
+  options.storage = is_cloud ? Storage::kCloud : Storage::kOneStream;
   options.keep_duplicates = true;  // as Draco keeps them
   const Expected<EncodedMesh> encoded = encode(mesh_of(part), options, session.pool);
   if (!encoded) return encoded.status();
@@ -312,6 +356,7 @@ Status write_draco(const std::string& path, const PlacedPart& part, const Encode
   lost.dropped_points += encoded->statistics.dropped_points;
   for (const PrecisionNote& note : encoded->notes)
     note.is_warning ? session.log.warning(path + ": " + note.text) : session.log.note(path + ": " + note.text);
+  if (is_cloud) session.log.note(path + ": " + cloud_text(*encoded));
   return write_file(path, {encoded->pieces[0].bytes}, session.if_read_only());
 }
 
@@ -320,9 +365,10 @@ std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, 
                                    bool lossless) {
   std::vector<std::string> losses;
   if (format == AssetFormat::kDraco) {
+    const bool is_cloud = scene.parts[0].face_count() == 0;
     for (const auto& [semantic, values] : scene.parts[0].view.attributes)
-      if (semantic != "POSITION" && (semantic != "NORMAL" || lossless) && !semantic.starts_with("TEXCOORD_") &&
-          !semantic.starts_with("COLOR_"))
+      if (semantic != "POSITION" && (semantic != "NORMAL" || (lossless && !is_cloud)) &&
+          !semantic.starts_with("TEXCOORD_") && !semantic.starts_with("COLOR_"))
         losses.push_back("the name of " + semantic);
   } else {
     for (const std::string& semantic : attributes_left_out(format, scene.parts)) losses.push_back(semantic);
@@ -345,7 +391,7 @@ Status write_mesh_output(const Document& document, const std::string& path, Asse
                          EncodeStatistics& lost) {
   if (format == AssetFormat::kObj && options.images == ImagePlacement::kEmbed)
     return wrong_usage("an OBJ cannot embed images: use --images copy or reference");
-  SceneParts scene(document, session.pool);
+  SceneParts scene(document, format, session.pool);
   if (Status status = scene.read(); !status.ok())
     return std::move(status).at({.file = document.source.string()});
   const Expected<fs::path> target = follow_links(path);

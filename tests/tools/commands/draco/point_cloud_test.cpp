@@ -1,5 +1,6 @@
 // Draco files of points: decode makes them a glTF of points, inspect and validate tell of them, and all other
 // commands refuse them.
+#include <cmath>
 #include <cstring>
 
 #include "gltf_ext/document/document.h"
@@ -79,6 +80,83 @@ TEST_F(PointCloudFiles, AreRefusedByOtherCommands) {
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
            {"encode", path("a.drc"), path("a.glb")}, {"compare", path("a.drc")}})
     fails(5, words, "a point cloud: only triangles can be split");
+}
+
+// A PLY of points, with the properties that draco_encoder knows.
+class PlyOfPoints : public PointCloudFiles {
+ protected:
+  static constexpr uint32_t kPoints = 300;
+
+  void SetUp() override {
+    PointCloudFiles::SetUp();
+    std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(kPoints) + "\n";
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+      text += "property float " + std::string(name) + "\n";
+    for (const char* name : {"red", "green", "blue"}) text += "property uchar " + std::string(name) + "\n";
+    text += "end_header\n";
+    for (uint32_t i = 0; i < kPoints; ++i) {
+      const double angle = 0.1 * i;
+      for (const double value :
+           {3 * std::cos(angle), std::sin(angle), 0.01 * i, std::cos(angle), std::sin(angle), 0.0})
+        text += std::to_string(value) + " ";
+      text += std::to_string(i % 256) + " 7 255\n";
+    }
+    write("points.ply", text);
+  }
+  std::vector<uint8_t> bytes_of(const std::string& name) {
+    const std::string text = read_bytes(path(name));
+    return {text.begin(), text.end()};
+  }
+};
+
+TEST_F(PlyOfPoints, BecomesADracoPointCloudAndComesBack) {
+  const Mesh points = [&] {
+    must_run({"decode", path("points.ply"), path("points.glb")});
+    const Document document = must(read_document(path("points.glb")));
+    const Json& primitive = document.json()["meshes"][0]["primitives"][0];
+    EXPECT_EQ(primitive["mode"], 0);
+    const AccessorData positions =
+        must(read_accessor(document, primitive["attributes"]["POSITION"].get<int64_t>()));
+    return Mesh{positions.count, {}, {{"POSITION", ComponentType::kFloat32, 3, false, positions.values}}};
+  }();
+  ASSERT_EQ(points.point_count, kPoints);
+  for (const char* speed : {"3", "10"}) {
+    must_run({"encode", path("points.ply"), "-o", path("a.drc"), "--quantize-position", "11", "--encode-speed",
+              speed});
+    const bool is_tree = speed == std::string("3");
+    EXPECT_TRUE(contains(
+        err_, is_tree ? "300 points as a kD-tree: POSITION has 11 bits, NORMAL has 10 bits, COLOR_0 is exact"
+                      : "300 points, sequential: POSITION has 11 bits"))
+        << err_;
+    StreamDescription description;
+    const Mesh decoded = must(decode_draco(bytes_of("a.drc"), &description));
+    EXPECT_EQ(description.coding, is_tree ? StreamCoding::kCloudKdTree : StreamCoding::kCloudSequential);
+    EXPECT_EQ(decoded.point_count, kPoints);
+    EXPECT_NE(decoded.find("NORMAL"), nullptr);
+    must_run({"decode", path("a.drc"), path("b.ply")});
+    EXPECT_FALSE(contains(read_bytes(path("b.ply")), "element face"));
+    must_run({"encode", path("b.ply"), path("c.drc"), "--lossless"});
+    const Mesh again = must(decode_draco(bytes_of("c.drc")));
+    EXPECT_TRUE(again.find("POSITION")->values == decoded.find("POSITION")->values);
+  }
+  must_run({"encode", path("points.ply"), path("new.drc"), "--dry-run"});
+  EXPECT_FALSE(std::filesystem::exists(path("new.drc")));
+}
+
+TEST_F(PlyOfPoints, IsRefusedWhereOnlyTrianglesAre) {
+  fails(5, {"encode", path("points.ply"), path("a.glb")}, "only a .drc file is made of points");
+  fails(5, {"decode", path("points.ply"), path("a.stl")}, "no triangles");
+  fails(1, {"encode", path("points.ply"), path("a.drc"), "--report", path("r.json")}, "--report");
+  fails(1, {"encode", path("points.ply"), path("a.drc"), "--memory", "4GB"}, "--memory");
+  fails(1, {"encode", path("points.ply"), path("a.drc"), "--quantize-position", "auto"}, "no edges");
+}
+
+// A mesh becomes the stream that `decode` makes of it.
+TEST_F(PlyOfPoints, MeshesBecomeDracoStreams) {
+  must_run({"generate", path("mesh.ply"), "--faces", "500"});
+  must_run({"encode", path("mesh.ply"), path("a.drc")});
+  must_run({"decode", path("mesh.ply"), path("b.drc")});
+  EXPECT_EQ(read_bytes(path("a.drc")), read_bytes(path("b.drc")));
 }
 
 TEST_F(PointCloudFiles, WithoutPointsHaveNoGltf) {
