@@ -1,6 +1,7 @@
 #include "encoder/stream/cloud_stream.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -21,7 +22,7 @@ namespace {
 
 using core::Coding;
 
-constexpr uint32_t kMostPoints = 0x7fffffff;
+constexpr uint32_t kMostInt = 0x7fffffff, kMostPoints = kMostInt;
 
 bool is_signed(DataType type) {
   return type == DataType::kInt8 || type == DataType::kInt16 || type == DataType::kInt32;
@@ -129,6 +130,21 @@ class TreeStream {
   std::vector<int32_t> lowest_;  // of each component of signed integers
 };
 
+// Where sums of a prediction and a correction exceed 32 bits, no decoder finds the value.
+Status check_sums(const Attribute& attribute) {
+  if (attribute.component_type != ComponentType::kUint32 || attribute.values.empty()) return {};
+  uint32_t low = ~uint32_t{0}, high = 0;
+  for (size_t at = 0; at < attribute.values.size(); at += sizeof(uint32_t)) {
+    uint32_t value;
+    std::memcpy(&value, attribute.values.data() + at, sizeof value);
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return uint64_t{high} + (high - low) < kMostInt
+             ? Status()
+             : unsupported(attribute.semantic + ": only a kD-tree holds integers of such a range");
+}
+
 }  // namespace
 
 bool becomes_tree(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed) {
@@ -151,6 +167,9 @@ Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const Attribute
   std::vector<uint32_t> points(cloud.point_count);
   std::iota(points.begin(), points.end(), 0u);
   if (is_tree) return TreeStream(cloud, codings, speed, labels, std::move(points)).write();
+  for (const Attribute& attribute : cloud.attributes)
+    if (labels.empty())
+      if (Status status = check_sums(attribute); !status.ok()) return status;
   const WeldedMesh apart{&cloud, std::vector(cloud.attributes.size(), points)};
   Expected<std::vector<uint8_t>> bytes = write_sequential_cloud({apart, codings, points}, speed, labels);
   if (!bytes) return bytes.status();

@@ -121,6 +121,23 @@ TEST(EncodeCloud, RefusesWhatIsNoCloud) {
   fails(StatusCode::kUnsupported, a_cloud(3), libdraco, "not for point clouds");
 }
 
+// Draco's sequential streams have sums of 32 bits, trees have not.
+TEST(EncodeCloud, LargeIntegersNeedATree) {
+  const std::vector<uint32_t> numbers = {0, 0x7fffffff, 3, 0x40000000};
+  for (const uint32_t most : {0xffffffffu, 0x7fffffffu, 0x3fffffffu}) {
+    Mesh cloud = a_cloud(4);
+    std::vector<uint32_t> values = numbers;
+    for (uint32_t& value : values) value = std::min(value, most);
+    values[1] = most;
+    add_values<uint32_t>(cloud, "_NUMBER", ComponentType::kUint32, 1, values);
+    const EncodedMesh encoded = must(encode(cloud, cloud_options(5), kPool));
+    EXPECT_EQ(must(describe_stream(encoded.pieces[0].bytes)).coding, StreamCoding::kCloudKdTree);
+    const Status sequential = encode(cloud, cloud_options(10), kPool).status();
+    EXPECT_EQ(sequential.code(), most > 0x3fffffff ? StatusCode::kUnsupported : StatusCode::kOk)
+        << sequential.message();
+  }
+}
+
 // No grid has such values, so that they are kept exactly, as those of meshes are.
 TEST(EncodeCloud, ValuesWithoutAGridAreExactAndNoted) {
   Mesh cloud = a_cloud(50);

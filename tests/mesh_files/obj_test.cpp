@@ -219,7 +219,8 @@ TEST(Obj, ErrorsSayWhere) {
   EXPECT_EQ(message_of("v 1 2 3,5\n"), "line 1: \"3,5\" is not a number");
   EXPECT_EQ(message_of("v 1 2 inf\n"), "line 1: a position that is not finite");
   EXPECT_EQ(message_of("v 1 2 3\n\x01\x02\n"), "line 2: \"??\" is not a statement of OBJ");
-  EXPECT_EQ(message_of(kSquare, "a.obj", StatusCode::kUnsupported), "has no triangles");
+  EXPECT_EQ(message_of(kSquare, "a.obj", StatusCode::kUnsupported),
+            "has no triangles: only a .drc file is made of points");
 }
 
 // An object takes few bytes of OBJ but many bytes of JSON.

@@ -67,7 +67,8 @@ TEST(Off, ErrorsSayWhere) {
   EXPECT_EQ(message_of("OFF BINARY\n", "a.off", StatusCode::kUnsupported), "OFF: binary files are not read");
   EXPECT_EQ(message_of("4OFF\n", "a.off", StatusCode::kUnsupported),
             "OFF: only vertices of three dimensions are read");
-  EXPECT_EQ(message_of("OFF\n3 0 0\n" + three, "a.off", StatusCode::kUnsupported), "has no triangles");
+  EXPECT_EQ(message_of("OFF\n3 0 0\n" + three, "a.off", StatusCode::kUnsupported),
+            "has no triangles: only a .drc file is made of points");
 }
 
 TEST(Off, EveryTruncationIsRefused) {

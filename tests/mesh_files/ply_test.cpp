@@ -182,7 +182,7 @@ TEST(Ply, ErrorsSayWhere) {
       contains(message_of(claims),
                "claims 2000000000 elements \"vertex\", which take 12 bytes each or more, and 100 bytes"));
   EXPECT_EQ(message_of(header("ascii", 1, kXyz, 0) + "0 0 0\n", "test", StatusCode::kUnsupported),
-            "has no triangles");
+            "has no triangles: only a .drc file is made of points");
 }
 
 TEST(Ply, EveryTruncationIsRefused) {
