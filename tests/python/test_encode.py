@@ -102,9 +102,27 @@ def test_lists_and_flat_lists():
     assert len(gltf_psplit.decode(flat).faces) == 1
 
 
-def test_what_cannot_be_served():
-    with pytest.raises(NotImplementedError, match="point clouds"):
-        gltf_psplit.encode(POINTS)
+def test_point_clouds():
+    random = np.random.default_rng(1)
+    points = random.normal(size=(300, 3)).astype(np.float32)
+    colors = random.integers(0, 256, (300, 4), dtype=np.uint8)
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    for level, order, bits, coding in ((1, False, 11, "cloud-kd-tree"), (10, False, 14, "cloud-kd-tree"), (0, False, 11, "cloud-sequential"),
+                                       (5, True, 11, "cloud-sequential"), (5, False, 0, "cloud-sequential")):
+        stream = gltf_psplit.encode(points, quantization_bits=bits, compression_level=level, preserve_order=order, colors=colors, normals=normals,
+                                    attributes={"_HEAT": random.random(300, dtype=np.float32)})
+        mesh = gltf_psplit.decode(stream)
+        assert mesh.coding == coding and len(mesh["POSITION"]) == 300 and {"NORMAL", "_HEAT"} < set(mesh)
+        # The colours say which point is which.
+        decoded = {row.tobytes(): i for i, row in enumerate(mesh["COLOR_0"])}
+        at = [decoded[row.tobytes()] for row in colors]
+        assert sorted(at) == list(range(300)) and (coding == "cloud-kd-tree" or at == list(range(300)))
+        assert np.abs(mesh["POSITION"][at] - points).max() <= (4e-3 if bits else 0)
+        assert np.abs(mesh["NORMAL"][at] - normals).max() < 5e-3
+    with pytest.raises(NotImplementedError, match="no patches"):
+        gltf_psplit.encode_container(points)
+    with pytest.raises(gltf_psplit.InvalidInputError, match="no points"):
+        gltf_psplit.encode(np.empty((0, 3), np.float32))
 
 
 def test_points_that_no_grid_can_hold_are_exact():

@@ -39,7 +39,7 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
            preserve_order: bool = False, colors: Optional[ArrayLike] = None, tex_coord: Optional[ArrayLike] = None,
            normals: Optional[ArrayLike] = None, *, attributes: Optional[Mapping[str, Union[ArrayLike, Attribute]]] = None,
            normal_bits: int = 10, texcoord_bits: int = 12, bits: Optional[Mapping[str, int]] = None) -> bytes:
-    """Encodes a mesh as one ordinary Draco stream, which any Draco decoder reads.
+    """Encodes a mesh, or points without faces, as one ordinary Draco stream, which any Draco decoder reads.
 
     The parameters up to `normals` are those of DracoPy.
 
@@ -48,7 +48,9 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
             for them. Or a `Mesh`, which has the faces and the attributes. Nothing is lost a second time: values that
             are on the grid that they were decoded from keep it, and what was stored exactly is again, as long as
             neither `quantization_bits` nor `bits` says otherwise.
-        faces: (faces, 3) numbers of points.
+        faces: (faces, 3) numbers of points. Without, or of a `Mesh` that is a point cloud, the stream is a point cloud with
+            all points: a kD-tree, which has an order of its own, or sequential if floats are kept exactly or
+            `compression_level` is 0.
         quantization_bits: of a coordinate, 1 to 30; 0 keeps floats exactly. So are points that are not all finite.
             By default 14.
         compression_level: 0 (fastest) to 10 (smallest).
@@ -58,7 +60,8 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
         create_metadata: add the metadata that DracoPy adds: "quantization_bits" (int32) and, if a grid was chosen,
             "quantization_range" (double) and "quantization_origin" (three doubles). The stream has its grid in any case:
             `Attribute.origin`, `range` and `bits`.
-        preserve_order: keep the order of points and faces. The stream is several times as large.
+        preserve_order: keep the order of points and faces. The stream is several times as large. A point cloud then has
+            the `compression_level` 0.
         colors: (points, 3) or (points, 4), the attribute COLOR_0.
         tex_coord: (points, 2) floats, the attribute TEXCOORD_0, quantized to `texcoord_bits`.
         normals: (points, 3) floats, the attribute NORMAL. Unit vectors are quantized to `normal_bits`. Others are kept
@@ -79,7 +82,7 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
         has an order of its own.
 
     Raises:
-        NotImplementedError: point clouds (faces=None), integers of more than 24 bits.
+        NotImplementedError: integers of more than 24 bits.
         InvalidInputError: indices out of range, points outside of the cube, no faces.
         UnsupportedError: this package was built without its encoder.
         ValueError: arrays of another shape, numbers out of range. TypeError: arguments of another type.
@@ -88,11 +91,13 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
     Thread-safe.
     """
     mesh = _mesh_of(points, faces, colors, tex_coord, normals, attributes, bits, quantization_bits, quantization_range,
-                    quantization_origin)
+                    quantization_origin, takes_points=True)
     _expect_sets_from_zero([given[0] for given in mesh.attributes])
+    no_faces = np.empty((0, 3), np.uint32)
     stream, position_bits, generic = _native.encode(
-        mesh.faces, mesh.attributes, mesh.position_bits, _bits(normal_bits, "normal_bits"),
-        _bits(texcoord_bits, "texcoord_bits"), _speed(compression_level), flag(preserve_order, "preserve_order"))
+        no_faces if mesh.faces is None else mesh.faces, mesh.attributes, mesh.position_bits, _bits(normal_bits, "normal_bits"),
+        _bits(texcoord_bits, "texcoord_bits"), _speed(compression_level), flag(preserve_order, "preserve_order"),
+        mesh.faces is None)
     entries: Dict[str, bytes] = {}
     if flag(create_metadata, "create_metadata"):
         entries["quantization_bits"] = struct.pack("<i", position_bits)
@@ -114,7 +119,7 @@ def encode_container(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] 
         patches: the number of patches, which decode at once. 0: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000
             faces, from 20,000 faces on, and otherwise one.
         threads: at most so many threads; 0: all of the machine. The bytes do not depend on it.
-        Others: see `encode`. Attributes have 1, 2, 3, 4, 9 or 16 numbers, as glTF's accessors.
+        Others: see `encode`. Point clouds have no patches (NotImplementedError). Attributes have 1, 2, 3, 4, 9 or 16 numbers, as glTF's accessors.
 
     Returns:
         A `Container`, with the bytes of `gltf-psplit encode --always-patches`. Equal points were merged, what draws
@@ -125,6 +130,7 @@ def encode_container(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] 
     """
     mesh = _mesh_of(points, faces, colors, tex_coord, normals, attributes, bits, quantization_bits, quantization_range,
                     quantization_origin)
+    assert mesh.faces is not None
     for name, values, *_ in mesh.attributes:
         if values.shape[1] not in TYPES:
             raise ValueError(f"{name} has {values.shape[1]} numbers for each point, which no type of glTF has")
@@ -145,14 +151,14 @@ def encode_container(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] 
 class _Mesh(NamedTuple):
     """What the module in C++ encodes. The positions are the first attribute."""
 
-    faces: NDArray[Any]
+    faces: Optional[NDArray[Any]]  # None: a point cloud
     attributes: List[_Given]
     position_bits: int
     grid: Optional[_Grid]  # that the caller chose for positions
 
 
 def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any, attributes: Any, bits: Any, position_bits: Any,
-             extent: Any, origin: Any) -> _Mesh:
+             extent: Any, origin: Any, takes_points: bool = False) -> _Mesh:
     if not hasattr(_native, "encode"):
         raise UnsupportedError("this package was built without its encoder")
     given: Dict[str, Tuple[str, Any]] = {}  # by the name of the attribute: the argument's name, and its value
@@ -177,8 +183,8 @@ def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any,
             raise ValueError("points is a Mesh without POSITION")
     else:
         give("POSITION", "points", points)
-    if faces is None:
-        raise NotImplementedError("faces is missing: meshes are encoded; point clouds are decoded, but not encoded")
+    if faces is None and not takes_points:
+        raise NotImplementedError("faces is missing: point clouds have no patches; `encode` encodes them")
     for name, what, value in (("NORMAL", "normals", normals), ("TEXCOORD_0", "tex_coord", tex_coord), ("COLOR_0", "colors", colors)):
         if value is not None:
             give(name, what, value)
@@ -194,7 +200,7 @@ def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any,
         position_bits = integer(position_bits, "quantization_bits", 0, 30)
     point_values, grid, described = _positions_of(position, what, position_bits, number(extent, "quantization_range"), origin)
     others = [_given_of(name, *given[name], own_bits.get(name), len(point_values)) for name in _by_number(given)]
-    return _Mesh(_faces_of(faces), [described, *others], 14 if position_bits is None else position_bits, grid)
+    return _Mesh(None if faces is None else _faces_of(faces), [described, *others], 14 if position_bits is None else position_bits, grid)
 
 
 def _faces_of(faces: Any) -> NDArray[Any]:

@@ -103,8 +103,8 @@ bool is_on_grid_and_beyond(Attribute& attribute, const AttributeCoding& grid) {
 }
 
 // The caller's arrays, with what the caller says about each.
-Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>& attributes) {
-  if (view.indices.count == 0) return invalid_input("the mesh has no triangles");
+Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>& attributes, bool is_cloud) {
+  if (view.indices.count == 0 && !is_cloud) return invalid_input("the mesh has no triangles");
   Expected<Mesh> mesh = mesh_of(view);
   if (!mesh) return mesh.status();
   MeshToEncode source{std::move(*mesh)};
@@ -121,7 +121,7 @@ Expected<MeshToEncode> source_of(const MeshView& view, const std::vector<Given>&
 
 Expected<EncodedMesh> encode_mesh(const MeshView& view, const std::vector<Given>& attributes,
                                   const EncodeOptions& options, const ThreadPool& pool, const Watch& watch) {
-  Expected<MeshToEncode> source = source_of(view, attributes);
+  Expected<MeshToEncode> source = source_of(view, attributes, options.storage == Storage::kCloud);
   if (!source) return source.status();
   MeshToEncode* const planned[] = {&*source};
   if (Status status = plan(planned, options, pool); !status.ok()) return status;
@@ -145,22 +145,31 @@ void warn_of_losses(const EncodedMesh& encoded) {
 }
 
 // One ordinary Draco stream, the bits of its positions, and the names of its generic attributes, by unique id.
-// Sequential streams keep the order of points and faces.
+// Sequential streams keep the order of points and faces. A cloud has no faces.
 py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
-                 int texcoord_bits, int speed, bool sequential) {
-  const MeshView view = view_of(faces, attributes);
+                 int texcoord_bits, int speed, bool sequential, bool is_cloud) {
+  MeshView view = view_of(faces, attributes);
+  static constexpr std::byte kByte{};
+  if (is_cloud) view.indices.bytes = {&kByte, 1};  // without bytes, each three points would be a face
   EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
   // The stream's metadata repeat the bits of positions. A stated grid has its own.
   options.given.position = !std::get<5>(attributes.at(0)).has_value();
-  options.storage = sequential ? Storage::kInOrder : Storage::kOneStream;
-  options.keep_duplicates = true;  // as Draco keeps them
+  options.storage = is_cloud ? Storage::kCloud : sequential ? Storage::kInOrder : Storage::kOneStream;
+  if (is_cloud && sequential) options.encode_speed = kMostEncodeSpeed;  // others may be trees
+  options.keep_duplicates = true;                                       // as Draco keeps them
   const EncodedMesh done = value_or_throw(interruptible(
       [&](const Watch& watch) { return encode_mesh(view, attributes, options, ThreadPool(1), watch); }));
   warn_of_losses(done);
   const EncodedPiece& piece = done.pieces[0];
   py::dict generic;
+  constexpr size_t kMethod = 8;
+  const bool is_tree = is_cloud && piece.bytes[kMethod] == 1;
+  const auto is_normal_of_cloud = [&](size_t i) {
+    return is_cloud && done.requests[i].semantic == "NORMAL" && (is_tree || done.codings[i].bits == 0);
+  };
   for (size_t i = 0; i < done.requests.size(); ++i)
-    if (draco_semantic(piece.decoded.attributes[i], done.codings[i]) == DracoSemantic::kGeneric)
+    if (!is_normal_of_cloud(i) &&
+        draco_semantic(piece.decoded.attributes[i], done.codings[i]) == DracoSemantic::kGeneric)
       generic[py::int_(done.requests[i].unique_id)] = done.requests[i].semantic;
   return py::make_tuple(bytes_of(piece.bytes), done.codings[0].bits, std::move(generic));
 }
@@ -191,7 +200,8 @@ py::tuple encode_container(const Indices& faces, const std::vector<Given>& attri
 
 void add_encode(py::module_& module) {
   module.def("encode", &encode, py::arg("faces"), py::arg("attributes"), py::arg("position_bits"),
-             py::arg("normal_bits"), py::arg("texcoord_bits"), py::arg("speed"), py::arg("sequential"));
+             py::arg("normal_bits"), py::arg("texcoord_bits"), py::arg("speed"), py::arg("sequential"),
+             py::arg("is_cloud"));
   module.def("encode_container", &encode_container, py::arg("faces"), py::arg("attributes"),
              py::arg("position_bits"), py::arg("normal_bits"), py::arg("texcoord_bits"), py::arg("speed"),
              py::arg("patches"), py::arg("threads"));
