@@ -100,13 +100,14 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
         *std::max_element(partition.patch_of_face.begin(), partition.patch_of_face.end()) + 1;
   }
   cut.patches.resize(partition.patch_count);
-  std::vector<uint32_t> place(count);  // of each face in its patch
+  const bool has_neighbours = cut.residue_faces.empty() && !partition.neighbours.empty();
+  std::vector<uint32_t> place(has_neighbours ? count : 0);  // of each face in its patch
   for (uint32_t i = 0; i < count; ++i) {
     std::vector<uint32_t>& patch = cut.patches[partition.patch_of_face[i]];
-    place[i] = static_cast<uint32_t>(patch.size());
+    if (has_neighbours) place[i] = static_cast<uint32_t>(patch.size());
     patch.push_back(face_of(i));
   }
-  if (cut.residue_faces.empty() && !partition.neighbours.empty()) {
+  if (has_neighbours) {
     cut.neighbours = std::move(partition.neighbours);
     constexpr size_t kGrain = 1 << 14;
     pool.for_ranges(count, kGrain, [&](size_t begin, size_t end) {

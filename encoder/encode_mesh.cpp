@@ -84,10 +84,11 @@ Expected<EncodedMesh> encode_whole_cloud(const Mesh& cloud, Span<const Attribute
   if (options.by_libdraco) return unsupported("libdraco is a reference for meshes, not for point clouds");
   EncodedMesh encoded;
   const Stopwatch encode_time;
+  if (options.stopped()) return cancelled();
   const bool is_tree = becomes_tree(cloud, codings, options.encode_speed);
   Expected<EncodedCloud> stream = encode_cloud(cloud, codings, is_tree, options.encode_speed);
   if (!stream) return stream.status();
-  if (stream->bytes.size() > 0xffffffffu) return unsupported("a point cloud takes more than 4 GB");
+  if (options.stopped()) return cancelled();
   encoded.statistics.encode_ms = encode_time.ms();
   encoded.requests = stream_requests(cloud);
   const Stopwatch verify_time;

@@ -74,6 +74,7 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
   });
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);
+  cut.neighbours = {};  // the space is freed early
   Status status = append_residue(welded, cut.residue_faces, is_in_patch, codings, options, standalone, streams);
   if (!status.ok()) return status;
   return streams;

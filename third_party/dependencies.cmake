@@ -18,11 +18,19 @@ if(PSPLIT_WITH_DRACO)
   find_library(DRACO_LIBRARY NAMES draco REQUIRED)
   target_include_directories(psplit_draco_package SYSTEM INTERFACE ${DRACO_INCLUDE_DIR})
   target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
-  find_library(DRACO_STATIC_LIBRARY NAMES ${CMAKE_STATIC_LIBRARY_PREFIX}draco${CMAKE_STATIC_LIBRARY_SUFFIX})
-  if(NOT DRACO_STATIC_LIBRARY)
-    set(DRACO_STATIC_LIBRARY ${DRACO_LIBRARY})
+  # Of the same version: from the same folder. -DDRACO_STATIC_LIBRARY= (empty) takes the other one, as where the static library is not
+  # compiled for shared ones.
+  get_filename_component(folder ${DRACO_LIBRARY} DIRECTORY)
+  if(NOT DEFINED DRACO_STATIC_LIBRARY)
+    find_library(DRACO_STATIC_LIBRARY NAMES ${CMAKE_STATIC_LIBRARY_PREFIX}draco${CMAKE_STATIC_LIBRARY_SUFFIX} PATHS ${folder}
+                 NO_DEFAULT_PATH)
   endif()
-  target_link_libraries(psplit_static_draco_package INTERFACE ${DRACO_STATIC_LIBRARY})
+  if(DRACO_STATIC_LIBRARY AND NOT MSVC)
+    target_link_libraries(psplit_static_draco_package INTERFACE ${DRACO_STATIC_LIBRARY})
+  else()
+    message(STATUS "libdraco: no static one, so the modules for Blender and Unity need ${DRACO_LIBRARY}")
+    target_link_libraries(psplit_static_draco_package INTERFACE ${DRACO_LIBRARY})
+  endif()
 endif()
 
 # nlohmann-json 3.11: glTF's JSON, edited in place with its order kept. tinygltf: the loader of our plugin, which is left

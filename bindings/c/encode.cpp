@@ -70,7 +70,8 @@ Expected<Options> read_options(const psplit_encode_options* from) {
   const uint32_t known =
       is_draco || is_cloud ? uint32_t{PSPLIT_ENCODE_WITHOUT_VERIFYING | PSPLIT_ENCODE_POINTS} : kFlags;
   if ((stated.flags & ~known) != 0)
-    return wrong_usage("this kind has no flags " + std::to_string(stated.flags & ~known));
+    return wrong_usage((is_cloud ? "a point cloud has no flags " : "this kind has no flags ") +
+                       std::to_string(stated.flags & ~known));
   for (const auto& [what, bits] :
        {std::pair("position_bits", stated.position_bits), std::pair("normal_bits", stated.normal_bits),
         std::pair("texcoord_bits", stated.texcoord_bits), std::pair("color_bits", stated.color_bits),

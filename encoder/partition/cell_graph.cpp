@@ -100,7 +100,7 @@ class EdgeLinker {
     uint32_t upper, next;
     Side last;
   };
-  // Of a vertex with more edges, the first to come are in a table of their own.
+  // A list has at most this many edges. Further edges of its vertex are in a table.
   static constexpr uint32_t kMostSteps = 64;
 
   void link(Side from, Side to) {

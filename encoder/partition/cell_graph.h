@@ -60,7 +60,7 @@ struct CellGraph {
     uint32_t edges = 0;
     auto operator<=>(const Link&) const = default;
   };
-  std::vector<uint32_t> first;  // links of cell c are [first[c], first[c + 1])
+  std::vector<uint64_t> first;  // links of cell c are [first[c], first[c + 1])
   std::vector<Link> links;
   std::vector<uint32_t> face_counts;  // of each cell
 

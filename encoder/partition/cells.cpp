@@ -26,7 +26,8 @@ class Neighbours {
       }
     entries_.push_back({cell, edges});
   }
-  // Takes the first of those with the most edges that `may_be(cell)` allows; kNoCell if there is none.
+  // Removes and returns the cell with the most edges among the cells that `may_be` allows: of equal cells, the
+  // first in the list. Returns kNoCell if it allows none.
   template <typename MayBe>
   uint32_t take_best(MayBe may_be) {
     size_t best = entries_.size();

@@ -102,7 +102,7 @@ class Grouping {
   }
 
   void expand(uint32_t cell, int64_t here, bool within_patch) {
-    for (uint32_t i = cells_.first[cell]; i < cells_.first[cell + 1]; ++i) {
+    for (uint64_t i = cells_.first[cell]; i < cells_.first[cell + 1]; ++i) {
       const uint32_t other = cells_.links[i].cell;
       if (here + lengths_[i] >= distance_[other]) continue;
       if (within_patch && patch_of_[other] != patch_of_[cell]) continue;
@@ -136,9 +136,10 @@ class Grouping {
 std::vector<uint32_t> link_lengths(const DistanceMap& map, const FaceGraph& faces,
                                    std::span<const uint32_t> cell_of, const CellGraph& cells) {
   const Groups members(cell_of, cells.cell_count());
-  std::vector<uint32_t> lengths(cells.links.size(), kUnreached), link_to(cells.cell_count());
+  std::vector<uint32_t> lengths(cells.links.size(), kUnreached);
+  std::vector<uint64_t> link_to(cells.cell_count());
   for (uint32_t cell = 0; cell < cells.cell_count(); ++cell) {
-    for (uint32_t i = cells.first[cell]; i < cells.first[cell + 1]; ++i) link_to[cells.links[i].cell] = i;
+    for (uint64_t i = cells.first[cell]; i < cells.first[cell + 1]; ++i) link_to[cells.links[i].cell] = i;
     for (uint32_t i = members.first[cell]; i < members.first[cell + 1]; ++i)
       faces.for_each_link(members.members[i], [&](uint32_t across, uint32_t) {
         const uint32_t other = cell_of[across];

@@ -18,9 +18,10 @@ namespace {
 constexpr uint32_t kMembers = 2;
 // Coarsening ends at about this many cells per patch.
 constexpr uint32_t kCellsPerPatch = 20;
-// How borders are cut anew at four kinds of levels: `coarse`, if a patch has up to kCoarseCells cells; `finer`,
-// if it has more, and a cell has `finer_faces` faces; `middle`, at the first cells; `fine`, at faces. Bands are
-// wide at levels with few cells, and narrow at levels with many.
+// How borders are cut anew at four kinds of levels: `middle` at the first cells, unless they are the only level
+// of cells; `coarse` where a patch has fewer than kCoarseCells cells, and at an only level; `finer` at the
+// other levels whose cells have more than `finer_faces` faces; `fine` at faces. Bands are wide at levels with
+// few cells, and narrow at levels with many.
 constexpr uint32_t kCoarseCells = 160;
 constexpr RecutOptions kNoCuts{0, 0};
 struct Recuts {

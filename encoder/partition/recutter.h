@@ -266,9 +266,9 @@ class Recutter {
     --component_count_[is_in_a_[x]];
   }
 
-  // Joins components of a patch that its other cells connect, and searches these from the ring on, all sides at
-  // once. They get the places of the ring's cells that they are reached from. Returns whether one component is
-  // left.
+  // Joins components of a patch by paths through its cells outside the band and the ring. The paths start at
+  // all cells of the ring at once; each cell on them gets the place of the ring's cell from which its path
+  // started. Returns whether one component is left.
   bool join_around(uint8_t in_a, uint32_t patch) {
     queue_.clear();
     for (const RingCell& cell : ring_)
@@ -320,7 +320,8 @@ class Recutter {
   }
 
   Division<Graph>& d_;
-  // Of each cell: its place in the band, or behind the band's places that in the ring, or kOutside.
+  // The place of each cell: in the band, its index in `cells_`; in the ring, cells_.size() plus its index in
+  // `ring_`; otherwise kOutside.
   std::vector<uint32_t> place_;
   std::vector<uint32_t> cells_;  // the band: the cells of patch a, then those of patch b
   size_t count_a_ = 0;           // of these, the cells of patch a

@@ -49,11 +49,12 @@ Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& p
              : Scheme::kConstrainedMultiParallelogram;
 }
 
-// Draco's descriptions of attributes whose caller does not give them. In a cloud nothing is predicted by the
-// type, so that exact normals are of theirs.
+// Draco's descriptions of attributes whose caller does not give them. In a mesh, attributes of the type NORMAL
+// are predicted as directions, so exact normals have another type. In a cloud they are not, and normals always
+// have their own.
 DracoLabel label_of(const Attribute& attribute, const AttributeCoding& coding, bool is_cloud) {
-  const bool is_exact_normal = is_cloud && attribute.semantic == "NORMAL" && coding.bits == 0;
-  return {is_exact_normal ? DracoSemantic::kNormal : draco_semantic(attribute, coding),
+  const bool is_normal_of_cloud = is_cloud && attribute.semantic == "NORMAL";
+  return {is_normal_of_cloud ? DracoSemantic::kNormal : draco_semantic(attribute, coding),
           stored_type(attribute.component_type)};
 }
 

@@ -33,7 +33,7 @@ struct StreamTraits {
   int speed = 5;             // 0 to 10
   uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
   bool is_sequential = false;
-  bool is_cloud = false;  // sequential, without faces
+  bool is_cloud = false;  // without faces
   // Of the mesh's attributes. Their order is then that of the unique ids, and the grids of the codings are
   // those of the stream. Empty: labels follow from glTF's semantics, and POSITION comes first.
   std::span<const DracoLabel> labels{};

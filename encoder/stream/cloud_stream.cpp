@@ -36,10 +36,13 @@ class TreeStream {
       : cloud_(cloud), codings_(codings), speed_(speed), labels_(labels), points_(std::move(points)) {}
 
   Expected<EncodedCloud> write() {
-    plans_ = plan_attributes(
-        cloud_, {}, codings_,
-        {.speed = speed_, .point_count = cloud_.point_count, .is_sequential = true, .labels = labels_},
-        [](size_t) { return false; });
+    plans_ = plan_attributes(cloud_, {}, codings_,
+                             {.speed = speed_,
+                              .point_count = cloud_.point_count,
+                              .is_sequential = true,
+                              .is_cloud = true,
+                              .labels = labels_},
+                             [](size_t) { return false; });
     uint32_t axis_count = 0;
     for (const AttributePlan& plan : plans_) axis_count += plan.description.components;
     tree_ = TreePoints(axis_count, cloud_.point_count);
@@ -113,9 +116,7 @@ class TreeStream {
     plan.description.range = grid.range;
     plan.origin = grid.origin;
     plan.transform = core::Transform::kWrap;
-    if (!labels_.empty()) return {};
-    if (from.semantic == "NORMAL") plan.description.semantic = static_cast<uint8_t>(DracoSemantic::kNormal);
-    set_stream_grid(from, grid, points_, plan);
+    if (labels_.empty()) set_stream_grid(from, grid, points_, plan);
     return {};
   }
 
@@ -145,6 +146,29 @@ Status check_sums(const Attribute& attribute) {
              : unsupported(attribute.semantic + ": only a kD-tree holds integers of such a range");
 }
 
+std::vector<uint32_t> all_points(const Mesh& cloud) {
+  std::vector<uint32_t> points(cloud.point_count);
+  std::iota(points.begin(), points.end(), 0u);
+  return points;
+}
+
+Expected<EncodedCloud> encode_as_tree(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed,
+                                      std::span<const DracoLabel> labels) {
+  return TreeStream(cloud, codings, speed, labels, all_points(cloud)).write();
+}
+
+Expected<EncodedCloud> encode_in_order(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed,
+                                       std::span<const DracoLabel> labels) {
+  std::vector<uint32_t> points = all_points(cloud);
+  for (const Attribute& attribute : cloud.attributes)
+    if (labels.empty())
+      if (Status status = check_sums(attribute); !status.ok()) return status;
+  const WeldedMesh apart{&cloud, std::vector(cloud.attributes.size(), points)};
+  Expected<std::vector<uint8_t>> bytes = write_sequential_cloud({apart, codings, points}, speed, labels);
+  if (!bytes) return bytes.status();
+  return EncodedCloud{std::move(*bytes), std::move(points)};
+}
+
 }  // namespace
 
 bool becomes_tree(const Mesh& cloud, std::span<const AttributeCoding> codings, int speed) {
@@ -164,30 +188,31 @@ Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const Attribute
   for (const Attribute& attribute : cloud.attributes)
     if (attribute.values.size() != attribute.stride() * cloud.point_count)
       return invalid_input(attribute.semantic + " has values for another number of points");
-  std::vector<uint32_t> points(cloud.point_count);
-  std::iota(points.begin(), points.end(), 0u);
-  if (is_tree) return TreeStream(cloud, codings, speed, labels, std::move(points)).write();
-  for (const Attribute& attribute : cloud.attributes)
-    if (labels.empty())
-      if (Status status = check_sums(attribute); !status.ok()) return status;
-  const WeldedMesh apart{&cloud, std::vector(cloud.attributes.size(), points)};
-  Expected<std::vector<uint8_t>> bytes = write_sequential_cloud({apart, codings, points}, speed, labels);
-  if (!bytes) return bytes.status();
-  return EncodedCloud{std::move(*bytes), std::move(points)};
+  Expected<EncodedCloud> encoded =
+      is_tree ? encode_as_tree(cloud, codings, speed, labels) : encode_in_order(cloud, codings, speed, labels);
+  // A section's length has 32 bits.
+  if (encoded && encoded->bytes.size() > 0xffffffffu)
+    return unsupported("the points take more than 4 GB as a point cloud");
+  return encoded;
 }
 
 Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> stream) {
   core::ValueCounts counts{cloud.point_count, static_cast<uint32_t>(cloud.attributes.size()), 0};
   for (const Attribute& attribute : cloud.attributes) counts.components += attribute.component_count;
   core::CloudHeader header;
-  core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
+  const auto refused = [](core::Fault fault) {
+    return runtime_failure("an encoded point cloud is refused: " + status_of(fault).to_string());
+  };
+  if (const core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
+      fault != core::Fault::kNone)
+    return refused(fault);
   const auto patch = std::make_unique<core::Patch<uint32_t>>();
   const size_t size = core::cloud_workspace_bytes<uint32_t>(header, stream.size(), counts);
   const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
   core::Arena arena(memory.get(), size);
-  if (fault == core::Fault::kNone) fault = core::decode_cloud<uint32_t>(header, arena, *patch);
-  if (fault != core::Fault::kNone)
-    return runtime_failure("an encoded point cloud is refused: " + status_of(fault).to_string());
+  if (const core::Fault fault = core::decode_cloud<uint32_t>(header, arena, *patch);
+      fault != core::Fault::kNone)
+    return refused(fault);
   Mesh decoded{patch->point_count, {}, {}};
   const std::vector<size_t> order = attribute_order(cloud);
   if (patch->attributes.size() != order.size())

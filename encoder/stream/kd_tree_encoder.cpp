@@ -140,7 +140,6 @@ class Rows {
     const uint64_t front = (uint64_t{1} << lower_count) - 1;
     wrong_front = upper & front;
     wrong_back = ~upper & all & ~front;
-    if (wrong_front != 0) swap(begin + take_first(wrong_front), begin + take_last(wrong_back));
     while (wrong_front != 0) swap(begin + take_first(wrong_front), begin + take_last(wrong_back));
     return begin + lower_count;
   }

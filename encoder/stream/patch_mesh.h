@@ -42,7 +42,7 @@ struct EncodedPatch {
   Mesh decoded;
   // For each decoded point the patch's point. A point occurs more than once if Edgebreaker has to split it.
   std::vector<uint32_t> patch_point;
-  std::vector<uint32_t> walk;  // of its border, by decoded points (border_walk)
+  std::vector<uint32_t> walk;  // of its border, by decoded points (border_walk), unless the caller wants values
 };
 
 }  // namespace psplit

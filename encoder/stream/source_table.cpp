@@ -108,9 +108,9 @@ SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
   separate_fans(vertex_limit);
 }
 
-// Does what link_faces does where no edge has more than two faces, and these have it in opposite directions and
-// are not one face upside down. Returns false, and links none, if some have not. An edge whose faces have other
-// vertices at its ends is no link.
+// Makes the links of link_faces, if no edge has more than two faces. Where the two faces of an edge have it in
+// the same direction, or are one face upside down, it makes no links at all, and returns false. Faces whose
+// points at the edge have other vertices are not linked.
 bool SourceTable::link_neighbours(std::span<const std::array<uint32_t, 3>> neighbours) {
   for (uint32_t i = 0; i < face_count_; ++i)
     for (uint32_t c = 0; c < 3; ++c) {

@@ -50,9 +50,10 @@ Status list_border(const EncodedConnectivity& connectivity, EncodedPatch& out) {
   const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
   core::Arena arena(memory.get(), size);
   core::View<uint32_t> walk;
-  const core::Fault fault = core::walk_border(connectivity.patch, arena, walk);
+  if (const core::Fault fault = core::walk_border(connectivity.patch, arena, walk); fault != core::Fault::kNone)
+    return status_of(fault);
   out.walk.assign(walk.data(), walk.data() + walk.size());
-  return status_of(fault);
+  return {};
 }
 
 // Decodes a stream whose mesh is known except for its values.
@@ -109,9 +110,9 @@ Expected<EncodedPatch> describe_stream(const WeldedMesh& welded, const EncodedCo
   out.bytes = std::move(bytes);
   out.table_bytes = connectivity.table_bytes;
   list_points(connectivity, out);
-  if (Status status = list_border(connectivity, out); !status.ok()) return status;
-  if (with_values)
-    if (Status status = decode_values(*welded.mesh, out); !status.ok()) return status;
+  // Streams with values are alone, and are not stitched.
+  Status status = with_values ? decode_values(*welded.mesh, out) : list_border(connectivity, out);
+  if (!status.ok()) return status;
   return out;
 }
 

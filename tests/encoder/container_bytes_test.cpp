@@ -36,7 +36,7 @@ struct Pinned {
   uint64_t hash;
 };
 
-TEST(ContainerBytes, AreThoseOfTheReleaseBefore) {
+TEST(ContainerBytes, AreAsPinned) {
   const auto small = [] { return make_sheet(24, 20); };
   const auto large = [] { return make_sheet(120, 100); };
   const auto soup = [] { return named("soup with seams"); };

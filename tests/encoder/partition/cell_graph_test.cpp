@@ -48,6 +48,20 @@ TEST(FaceGraph, TakesAnEdgeOfManyFacesInTimeAndSpaceOfTheirNumber) {
   EXPECT_EQ(neighbours(graph, 99999), (std::vector<uint32_t>{99998}));
 }
 
+TEST(FaceGraph, LinksAllFacesAroundAHub) {
+  constexpr uint32_t kFaces = 1000;
+  Faces fan;
+  for (uint32_t i = 0; i < kFaces; ++i) fan.push_back({0, i + 1, (i + 1) % kFaces + 1});
+  for (const int threads : {1, 2}) {
+    const FaceGraph graph = face_graph(fan, kFaces + 1, ThreadPool(threads));
+    for (uint32_t i = 0; i < kFaces; ++i) {
+      std::vector<uint32_t> expected{(i + kFaces - 1) % kFaces, (i + 1) % kFaces};
+      std::sort(expected.begin(), expected.end());
+      ASSERT_EQ(neighbours(graph, i), expected) << i;
+    }
+  }
+}
+
 TEST(FaceGraph, HasNoLinkFromAFaceToItself) {
   const FaceGraph graph = graph_of({{0, 0, 0}, {0, 0, 1}, {1, 2, 2}}, 3);
   for (uint32_t face = 0; face < 3; ++face)

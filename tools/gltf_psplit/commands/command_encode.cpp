@@ -40,7 +40,7 @@ namespace {
 struct EncodeCommandArguments {
   std::vector<std::string> inputs;  // as the user wrote them
   std::string input, output, report, form = "glb";
-  bool dry_run = false;
+  bool dry_run = false, accept_loss = false;
   EncodeArguments encode;
   WriteOptions write;
   uint64_t memory = 0;  // 0: the whole asset is in memory
@@ -198,9 +198,9 @@ Status run_encode_draco(const EncodeCommandArguments& arguments, const Session& 
   if (Status status = decode_document(*document, find_backend({}), session.pool); !status.ok())
     return std::move(status).at({.file = arguments.input});
   EncodeStatistics lost;
-  if (Status status =
-          write_mesh_output(*document, arguments.output, AssetFormat::kDraco,
-                            {true, arguments.write.images, arguments.encode.options}, session, written, lost);
+  if (Status status = write_mesh_output(
+          *document, arguments.output, AssetFormat::kDraco,
+          {arguments.accept_loss, arguments.write.images, arguments.encode.options}, session, written, lost);
       !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
@@ -386,6 +386,9 @@ void add_encode_command(CLI::App& app, Action& action) {
   add_images_option(command, arguments->write);
   add_memory_options(command, *arguments);
   add_report_option(command, arguments->report);
+  command.add_flag("--accept-loss", arguments->accept_loss,
+                   "Write a .drc file although it cannot hold all of the asset. A warning names what is left "
+                   "out; without this option it is an error (exit code 5)");
   command.add_flag("--dry-run", arguments->dry_run,
                    "Only check the input and say what would be written, replaced or left");
   add_form_option(command, arguments->form);

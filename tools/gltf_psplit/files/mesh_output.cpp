@@ -91,7 +91,7 @@ class SceneParts {
     for (const MeshInstance& instance : *instances) {
       shown.insert(instance.mesh);
       if (Status status = add(instance, instances->size() == 1); !status.ok()) return status;
-      if (face_count_ > kSpareFaces + kMostRepeats * own_face_count_)
+      if (size_ > kSpareFaces + kMostRepeats * own_size_)
         return unsupported("the scene repeats its meshes too often to be written");
     }
     if (parts.empty())
@@ -99,6 +99,9 @@ class SceneParts {
     name_losses(document_.records().meshes.size() - shown.size());
     return {};
   }
+
+  // Whether the parts are points.
+  bool has_points() const { return takes_points_; }
 
   std::vector<PlacedPart> parts;
   std::map<int64_t, std::string> materials;  // those that a part has, with their names
@@ -131,10 +134,14 @@ class SceneParts {
         part.place = [transform, mirrored](std::string_view semantic, std::span<double> value) {
           place_value(transform, mirrored, semantic, value);
         };
-      face_count_ += part.face_count();
+      size_ += size_of(part.view);
       parts.push_back(std::move(part));
     }
     return {};
+  }
+
+  uint64_t size_of(const MeshView& view) const {
+    return takes_points_ ? view.point_count : view.indices.count / 3;
   }
 
   Expected<MeshView> view_of_primitive(PrimitiveId id) {
@@ -148,7 +155,7 @@ class SceneParts {
       take_targets(*mesh);
       view = psplit::view_of(meshes_.emplace_back(std::move(*mesh)));
     }
-    own_face_count_ += view->indices.count / 3;
+    own_size_ += size_of(*view);
     return views_.try_emplace({id.mesh, id.primitive}, std::move(*view)).first->second;
   }
 
@@ -201,7 +208,7 @@ class SceneParts {
   std::deque<Mesh> meshes_;  // those whose values no buffer has as they are
   std::map<std::pair<size_t, size_t>, MeshView> views_;
   UniqueNames names_, material_names_;
-  uint64_t face_count_ = 0, own_face_count_ = 0;  // with and without repetitions
+  uint64_t size_ = 0, own_size_ = 0;  // faces, or points; with and without repetitions
   size_t other_primitives_ = 0;
   bool has_morphs_ = false;
 };
@@ -344,13 +351,13 @@ std::string cloud_text(const EncodedMesh& encoded) {
          (piece.bytes[kMethod] == 1 ? " as a kD-tree: " : ", sequential: ") + joined(attributes);
 }
 
-Status write_draco(const std::string& path, const PlacedPart& part, const EncodeDocumentOptions& coding,
+Status write_draco(const std::string& path, const SceneParts& scene, const EncodeDocumentOptions& coding,
                    const Session& session, EncodeStatistics& lost) {
   EncodeOptions options = coding;
-  const bool is_cloud = part.face_count() == 0;
+  const bool is_cloud = scene.has_points();
   options.storage = is_cloud ? Storage::kCloud : Storage::kOneStream;
   options.keep_duplicates = true;  // as Draco keeps them
-  const Expected<EncodedMesh> encoded = encode(mesh_of(part), options, session.pool);
+  const Expected<EncodedMesh> encoded = encode(mesh_of(scene.parts.front()), options, session.pool);
   if (!encoded) return encoded.status();
   lost.dropped_faces += encoded->statistics.dropped_faces;
   lost.dropped_points += encoded->statistics.dropped_points;
@@ -365,7 +372,7 @@ std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, 
                                    bool lossless) {
   std::vector<std::string> losses;
   if (format == AssetFormat::kDraco) {
-    const bool is_cloud = scene.parts[0].face_count() == 0;
+    const bool is_cloud = scene.has_points();
     for (const auto& [semantic, values] : scene.parts[0].view.attributes)
       if (semantic != "POSITION" && (semantic != "NORMAL" || (lossless && !is_cloud)) &&
           !semantic.starts_with("TEXCOORD_") && !semantic.starts_with("COLOR_"))
@@ -421,7 +428,7 @@ Status write_mesh_output(const Document& document, const std::string& path, Asse
   written.files = {path};
   if (Status status = check_positions(scene.parts); !status.ok()) return std::move(status).at({.file = path});
   if (format == AssetFormat::kDraco)
-    return write_draco(path, scene.parts.front(), options.coding, session, lost).at({.file = path});
+    return write_draco(path, scene, options.coding, session, lost).at({.file = path});
   std::string library;
   if (format == AssetFormat::kObj && !scene.materials.empty()) {
     const Expected<std::string> name = files.write(scene.materials);
