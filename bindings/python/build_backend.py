@@ -1,11 +1,12 @@
 """Makes the wheel: the build backend of pyproject.toml (PEP 517). It asks an index for nothing that the machine has, so that
-`pip install` works with PyPI and without a network. The module in C++ is built with the project's CMakeLists.txt.
+`pip install` works with PyPI and without a network. (Before Python 3.11, pip itself asks for tomli.) The module in C++ is built with the project's CMakeLists.txt.
 
 Environment:
     PSPLIT_ENCODER   ON, OFF, or AUTO (the default): the encoder is built if its packages are found, without libdraco
                      and meshoptimizer if one of these is not;
                      CMAKE_ARGS=-DPSPLIT_WITH_DRACO=OFF builds it without libdraco
     PSPLIT_LICENCES  a file with the licences of linked libraries, which becomes a part of the wheel
+    MACOSX_DEPLOYMENT_TARGET: on macOS, the oldest system that the wheel is for; by default this one
     PSPLIT_BUILD     the folder to build in; by default build/wheel-* of the checkout, where a second build is quick
     CMAKE_ARGS       more arguments for CMake
     CMAKE_BUILD_PARALLEL_LEVEL, CMAKE_GENERATOR, CMAKE_CXX_COMPILER_LAUNCHER: as CMake takes them
@@ -15,6 +16,7 @@ import hashlib
 import importlib.util
 import os
 import pathlib
+import platform
 import re
 import shlex
 import shutil
@@ -71,7 +73,9 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     wheel = pathlib.Path(wheel_directory) / f"{name}-{tag()}.whl"
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for file, content in files.items():
-            archive.writestr(zipfile.ZipInfo(file), content, zipfile.ZIP_DEFLATED)  # the same bytes at any time
+            entry = zipfile.ZipInfo(file)  # of a fixed time: the same bytes at any time
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
     return wheel.name
 
 
@@ -100,8 +104,15 @@ def tag():
     abi = re.match(r"\.c(?:python-|p)(\w+?)-", sysconfig.get_config_var("EXT_SUFFIX"))
     if abi is None:
         sys.exit(f"gltf-psplit: {sys.implementation.name} is not CPython")
-    return "-".join((f"cp{sys.version_info[0]}{sys.version_info[1]}", f"cp{abi.group(1)}",
-                     re.sub(r"\W", "_", sysconfig.get_platform())))
+    system = "-".join(("macosx", *macos())) if sys.platform == "darwin" else sysconfig.get_platform()
+    return "-".join((f"cp{sys.version_info[0]}{sys.version_info[1]}", f"cp{abi.group(1)}", re.sub(r"\W", "_", system)))
+
+
+def macos():
+    """The oldest macOS that the module is for, and the architecture: those of this machine. Those of the interpreter may be two
+    architectures, and a system without the library of C++20."""
+    major, minor = f"{os.environ.get('MACOSX_DEPLOYMENT_TARGET') or platform.mac_ver()[0]}.0".split(".")[:2]
+    return f"{major}.{minor if int(major) < 11 else 0}", platform.machine()  # since 11, tags have the minor version 0
 
 
 def digest(content):
@@ -135,9 +146,11 @@ def configure(build, encoder, libraries="ON", may_fail=False):
     command = ["cmake", "-S", str(project), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release", "-DPSPLIT_BUILD_PYTHON=ON",
                f"-DPSPLIT_PYTHON={sys.executable}", f"-DPSPLIT_BUILD_ENCODER={encoder}", "-DPSPLIT_BUILD_TOOLS=OFF",
                "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_INSTALL=OFF", "-DPSPLIT_CUDA=OFF", "-DPSPLIT_THREADS=STD",
+               "-DPSPLIT_STRIP_PYTHON=ON",
                *(f"-DPSPLIT_WITH_{library}={libraries}" for library in ("DRACO", "MESHOPTIMIZER"))]
-    if sys.platform.startswith("linux"):
-        command.append("-DCMAKE_MODULE_LINKER_FLAGS=-s")  # no symbols that only debuggers need
+    if sys.platform == "darwin":
+        oldest, architecture = macos()
+        command += [f"-DCMAKE_OSX_DEPLOYMENT_TARGET={oldest}", f"-DCMAKE_OSX_ARCHITECTURES={architecture}"]
     if "CMAKE_GENERATOR" not in os.environ and shutil.which("ninja"):
         command += ["-G", "Ninja"]
     command += shlex.split(os.environ.get("CMAKE_ARGS", ""))

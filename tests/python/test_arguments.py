@@ -84,9 +84,24 @@ def test_names_and_items_of_wrong_types(stream):
         gltf_psplit.decode_many([stream, 3])
     with pytest.raises(TypeError, match="attributes has the key 3"):
         gltf_psplit.decode_container(stream, {3: 0}, {})
-    for accessor in (3, {"componentType": 5126.0, "type": "VEC3"}, {"componentType": 5126, "type": ["VEC3"]}):
-        with pytest.raises(gltf_psplit.Error, match="POSITION"):
+    right = ACCESSORS["POSITION"]
+    for kind, accessor in ((TypeError, 3), (TypeError, {**right, "componentType": 5126.0}), (TypeError, {**right, "type": ["VEC3"]}),
+                           (TypeError, {**right, "count": "many"}), (ValueError, {**right, "count": -1})):
+        with pytest.raises(kind, match=r"accessors\['POSITION'\]"):
             gltf_psplit.decode_container(stream, {"POSITION": 0}, {"POSITION": accessor})
+    with pytest.raises(TypeError, match=r"accessors\['indices'\]"):
+        gltf_psplit.decode_container(stream, {"POSITION": 0}, {**ACCESSORS, "indices": {"count": "many"}})
+
+    def primitive(unique_id):
+        return {"attributes": {"POSITION": 0}, "extensions": {
+            "KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": unique_id}}}}
+
     with pytest.raises(TypeError, match=r"buffer_view\(0\) returned is a NoneType"):
-        gltf_psplit.decode_primitive({"accessors": [{}]}, {"attributes": {"POSITION": 0}, "extensions": {
-            "KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}}, lambda index: None)
+        gltf_psplit.decode_primitive({"accessors": [right]}, primitive(0), lambda index: None)
+    # What is wrong in a file is an error of the file.
+    for unique_id in ("0", -1):
+        with pytest.raises(gltf_psplit.InvalidInputError, match=r"attributes\['POSITION'\]"):
+            gltf_psplit.decode_primitive({"accessors": [right]}, primitive(unique_id), lambda index: stream)
+    for text in ("5", b"5"):
+        with pytest.raises(TypeError, match="quantization_range"):
+            gltf_psplit.encode(POINTS, FACES, quantization_range=text)

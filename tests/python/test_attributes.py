@@ -1,4 +1,7 @@
 """gltf_psplit.encode takes any attribute, and what gltf_psplit.decode returns."""
+import base64
+import json
+
 import gltf_psplit
 import numpy as np
 import pytest
@@ -155,6 +158,32 @@ def test_primitives_of_assets_can_be_encoded():
         primitive = gltf_psplit.load(SAMPLES / name).meshes[0].primitives[0]
         again = gltf_psplit.decode(gltf_psplit.encode(primitive, quantization_bits=0, preserve_order=True))
         assert set(again) == set(primitive) and np.array_equal(again.points, primitive.points)
+
+
+def test_primitives_of_points_can_be_encoded():
+    points = b"".join(np.float32(row).tobytes() for row in ([0, 0, 0], [1, 0, 0], [0, 1, 0]))
+    asset = {"asset": {"version": "2.0"}, "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}],
+             "bufferViews": [{"buffer": 0, "byteLength": 36}], "meshes": [{"primitives": [
+                 {"attributes": {"POSITION": 0}, "mode": mode} for mode in (0, 1)]}],
+             "buffers": [{"byteLength": 36, "uri": "data:;base64," + base64.b64encode(points).decode()}]}
+    asset["accessors"][0].update(min=[0, 0, 0], max=[1, 1, 0])
+    asset["accessors"].append({**asset["accessors"][0], "count": 2, "max": [1, 0, 0]})
+    asset["meshes"][0]["primitives"][1]["attributes"]["POSITION"] = 1
+    dots, lines = gltf_psplit.load(json.dumps(asset).encode()).meshes[0].primitives
+    assert dots.coding == "plain"
+    again = gltf_psplit.decode(gltf_psplit.encode(dots, quantization_bits=0))
+    assert again.coding == "cloud-sequential" and np.array_equal(again.points, dots.points)
+    with pytest.raises(NotImplementedError, match="lines"):
+        gltf_psplit.encode(lines)
+    with pytest.raises(NotImplementedError, match="no patches"):
+        gltf_psplit.encode_container(dots)
+
+
+def test_a_mesh_of_points_by_hand():
+    mesh = gltf_psplit.Mesh("by hand", COUNT, np.empty((0, 3), np.uint32), [("POSITION", None, POINTS), ("NORMAL", None, NORMALS)])
+    again = gltf_psplit.decode(gltf_psplit.encode(mesh, preserve_order=True))
+    assert again.coding == "cloud-sequential" and list(again) == ["POSITION", "NORMAL"]
+    assert np.abs(again.points - POINTS).max() < 1e-3
 
 
 def test_positions_of_a_mesh():

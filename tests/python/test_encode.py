@@ -82,6 +82,16 @@ def test_points_outside_of_the_grid_are_refused():
         gltf_psplit.encode(POINTS, FACES, quantization_range=1.0, quantization_origin=[0, 0, 0])
 
 
+def test_a_cube_that_has_a_corner_alone():
+    points = np.ones((4, 3), np.float32)
+    with pytest.raises(gltf_psplit.InvalidInputError, match="outside of the cube whose corner is quantization_origin"):
+        gltf_psplit.encode(points, quantization_origin=[2, 2, 2])
+    with pytest.raises(gltf_psplit.InvalidInputError, match="outside"):
+        gltf_psplit.encode(np.float32([[1, 2, np.nan]]), quantization_origin=[0, 0, 0])
+    position = gltf_psplit.decode(gltf_psplit.encode(points, quantization_origin=[1, 1, 1])).attributes["POSITION"]
+    assert position.range == 1 and np.array_equal(position.values, points)
+
+
 @pytest.mark.parametrize("kind", [np.int8, np.int32, np.uint16, np.int64])
 def test_integer_points_are_exact(kind):
     points = np.array([[0, 0, 0], [100, 3, 0], [0, 77, 5], [1, 2, 99]], kind)
@@ -90,9 +100,17 @@ def test_integer_points_are_exact(kind):
     assert {tuple(row) for row in mesh.points.tolist()} == {tuple(map(float, row)) for row in points}
 
 
-def test_integers_of_too_many_bits_are_refused():
-    with pytest.raises(NotImplementedError, match="24 bits"):
-        gltf_psplit.encode(np.array([[0, 0, 0], [2**24, 0, 0], [0, 1, 0]]), [[0, 1, 2]])
+@pytest.mark.parametrize("bits", [None, 8])
+def test_integers_of_24_bits_are_exact_and_of_more_are_refused(bits):
+    most = 2**24 - 1
+    points = np.array([[-most, 0, 7], [most, most - 1, 2**23 + 1], [0, 1, 2**23]])
+    for faces in (None, [[0, 1, 2]]):
+        mesh = gltf_psplit.decode(gltf_psplit.encode(points, faces, bits, attributes={"_X": points}))
+        assert sorted(mesh.points.tolist()) == sorted(points.tolist()) == sorted(mesh["_X"].tolist())
+        with pytest.raises(NotImplementedError, match="points has integers from 0 to 16777216: more than 24 bits"):
+            gltf_psplit.encode(np.array([[0, 0, 0], [most + 1, 0, 0], [0, 1, 0]]), faces)
+        with pytest.raises(NotImplementedError, match="_X.* has integers from 0 to 16777216: more than 24 bits"):
+            gltf_psplit.encode(points, faces, attributes={"_X": [0, 1, most + 1]})
 
 
 def test_lists_and_flat_lists():
@@ -123,6 +141,25 @@ def test_point_clouds():
         gltf_psplit.encode_container(points)
     with pytest.raises(gltf_psplit.InvalidInputError, match="no points"):
         gltf_psplit.encode(np.empty((0, 3), np.float32))
+
+
+@pytest.mark.parametrize("level", [0, 1])
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16])
+def test_integer_normals_of_point_clouds(reference, kind, level):
+    random = np.random.default_rng(2)
+    points, normals = random.integers(0, 99, (50, 3)), random.integers(0, 128, (50, 3)).astype(kind)
+    stream = gltf_psplit.encode(points, compression_level=level, attributes={"NORMAL": normals})
+    mesh = gltf_psplit.decode(stream)
+    expect_libdraco(reference, mesh, stream)
+    assert list(mesh) == ["POSITION", "NORMAL"] and mesh.normals.dtype == kind
+    expected = np.hstack([points, normals]).tolist()
+    assert sorted(np.hstack([mesh.points, mesh.normals]).astype(int).tolist()) == sorted(expected)
+
+
+def test_more_faces_than_can_be_counted():
+    faces = np.broadcast_to(np.uint32([[0, 1, 2]]), (2**32 // 3 + 1, 3))  # in three numbers of memory
+    with pytest.raises(ValueError, match="more corners"):
+        gltf_psplit.encode(POINTS, faces)
 
 
 def test_points_that_no_grid_can_hold_are_exact():
@@ -211,18 +248,25 @@ def test_errors_of_containers_name_the_patch(container):
 
 @pytest.mark.parametrize("accessors", [{}, {"POSITION": {"componentType": 5126, "type": "VEC9"}},
                                        {"POSITION": {"componentType": 7, "type": "VEC3"}}, {"POSITION": {"type": "VEC3"}},
-                                       {"POSITION": {"componentType": 5126, "type": "VEC3", "count": -1}},
-                                       {"POSITION": {"componentType": 5126, "type": "VEC3"}, "indices": {"count": "many"}},
                                        {"POSITION": {"componentType": 5126, "type": "VEC3", "count": 3}}])
 def test_accessors_that_do_not_fit(container, accessors):
     with pytest.raises(gltf_psplit.Error):
         gltf_psplit.decode_container(container.data, {"POSITION": 0}, accessors)
 
 
-@pytest.mark.parametrize("unique_id", [9, -1, 2**32, "0", None])
-def test_attributes_that_do_not_exist(container, unique_id):
+def test_attributes_that_do_not_exist(container):
     with pytest.raises(gltf_psplit.Error):
-        gltf_psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
+        gltf_psplit.decode_container(container.data, {"POSITION": 9}, container.accessors)
+    for unique_id, kind in ((-1, ValueError), (2**32, ValueError), ("0", TypeError), (None, TypeError), (0.0, TypeError)):
+        with pytest.raises(kind, match=r"attributes\['POSITION'\]"):
+            gltf_psplit.decode_container(container.data, {"POSITION": unique_id}, container.accessors)
+
+
+def test_numbers_of_numpy_describe_attributes(container):
+    accessors = {name: {key: np.int64(value) if isinstance(value, int) else value for key, value in accessor.items()}
+                 for name, accessor in container.accessors.items()}
+    mesh = gltf_psplit.decode_container(container.data, {name: np.uint32(of) for name, of in container.attributes.items()}, accessors)
+    assert np.array_equal(mesh.points, gltf_psplit.decode_container(*container).points)
 
 
 def test_every_truncation_of_a_container(container):

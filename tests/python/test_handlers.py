@@ -44,9 +44,20 @@ def test_meshio_reads_point_clouds(meshio, corpus):
     assert "COLOR_0" in read.point_data
 
 
+@pytest.mark.parametrize("cells", [[("vertex", np.arange(len(POINTS)).reshape(-1, 1))], []])
+def test_meshio_writes_point_clouds(meshio, tmp_path, cells):
+    meshio.Mesh(POINTS, cells, point_data={"NORMAL": NORMALS}).write(tmp_path / "a.drc", quantization_bits=0, preserve_order=True)
+    read = meshio.read(tmp_path / "a.drc")
+    assert np.array_equal(read.points, POINTS) and np.abs(read.point_data["NORMAL"] - NORMALS).max() < 5e-3
+    read.write(tmp_path / "b.drc", preserve_order=True, quantization_bits=0)
+    assert np.array_equal(meshio.read(tmp_path / "b.drc").cells_dict["vertex"], read.cells_dict["vertex"])
+
+
 def test_what_meshio_cannot_write(meshio, tmp_path):
     with pytest.raises(meshio.WriteError, match="quad"):
         meshio.Mesh(POINTS, [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "a.drc")
+    with pytest.raises(meshio.WriteError, match="triangle, vertex"):
+        meshio.Mesh(POINTS, [("triangle", FACES), ("vertex", [[0]])]).write(tmp_path / "a.drc")
     with pytest.warns(UserWarning, match="part"):
         meshio.Mesh(POINTS, [("triangle", FACES)], cell_data={"part": [np.zeros(len(FACES))]}).write(tmp_path / "a.drc")
     with pytest.raises(meshio.WriteError, match="stress"):

@@ -1,14 +1,14 @@
 """Draco streams and containers to meshes."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, Optional, Tuple, Union, overload
+from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, NamedTuple, Optional, Union, overload
 
 from . import _native
 from ._asset import load
 from ._errors import Error, InvalidInputError
 from ._gltf import COMPONENT_TYPES, COMPONENTS, PATCHES, STOCK
 from ._input import (
-    Source, attribute_name, bytes_of, flag, is_container, is_draco, is_gltf, mapping, optional_dict, thread_count)
+    Source, attribute_name, bytes_of, flag, integer, is_container, is_draco, is_gltf, mapping, optional_dict, thread_count)
 from ._mesh import Mesh
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from _typeshed import ReadableBuffer
     from numpy.typing import NDArray
+
+    from ._native import _Request
 
 
 def decode(data: Source, *, quantized: bool = False, threads: int = 0,
@@ -137,42 +139,57 @@ def decode_container(data: Source, attributes: Mapping[str, int], accessors: Map
         A `Mesh`, whose arrays have the types of the accessors.
 
     Raises:
-        What `decode` raises. `Error.patch` is the number of the patch with the error.
+        What `decode` raises. `Error.patch` is the number of the patch with the error. ValueError: an id or a count out of range.
     """
     if extension not in (PATCHES, STOCK):
         raise Error(f"{extension!r} is none of {PATCHES} and {STOCK}", code="usage")
-    accessors, attributes = mapping(accessors, "accessors"), mapping(attributes, "attributes")
+    described = _described(mapping(attributes, "attributes"), mapping(accessors, "accessors"))
+    return _decoded(data, described, extension, threads, out)
+
+
+class _Described(NamedTuple):
+    """What the JSON of a primitive says."""
+
+    requests: List[_Request]
+    point_count: int
+    index_count: int
+
+
+def _described(attributes: Mapping[str, int], accessors: Mapping[str, Mapping[str, Any]]) -> _Described:
     requests = [_request_of(name, unique_id, accessors) for name, unique_id in attributes.items()]
     point_count = max((_count_of(accessors, name) for name in attributes), default=0)
-    index_count = _count_of(accessors, "indices") if "indices" in accessors else 0
-    return Mesh(*_native.decode_primitive(bytes_of(data, "data"), requests, extension == STOCK, point_count, index_count,
-                                          thread_count(threads), optional_dict(out, "out")))
+    return _Described(requests, point_count, _count_of(accessors, "indices") if "indices" in accessors else 0)
 
 
-def _request_of(name: Any, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> Tuple[str, int, int, int, bool]:
+def _decoded(data: Source, described: _Described, extension: str, threads: int,
+             out: Optional[Mapping[Union[str, int], NDArray[Any]]] = None) -> Mesh:
+    return Mesh(*_native.decode_primitive(bytes_of(data, "data"), described.requests, extension == STOCK, described.point_count,
+                                          described.index_count, thread_count(threads), optional_dict(out, "out")))
+
+
+def _request_of(name: Any, unique_id: Any, accessors: Mapping[str, Mapping[str, Any]]) -> _Request:
     name = attribute_name(name, "attributes")
     accessor = _accessor_of(accessors, name)
-    if not isinstance(unique_id, int) or not 0 <= unique_id <= 0xFFFFFFFF:
-        raise Error(f"{name} has the unique id {unique_id!r}", code="usage")
+    unique_id = integer(unique_id, f"attributes[{name!r}]", 0, 0xFFFFFFFF)
     component_type, kind = accessor.get("componentType"), accessor.get("type")
-    if not (isinstance(component_type, int) and component_type in COMPONENT_TYPES and isinstance(kind, str) and kind in COMPONENTS):
+    if component_type is not None:
+        component_type = integer(component_type, f"accessors[{name!r}]['componentType']", 0, 0xFFFFFFFF)
+    if kind is not None and not isinstance(kind, str):
+        raise TypeError(f"accessors[{name!r}]['type'] is a {type(kind).__name__}, not a string")
+    if component_type is None or component_type not in COMPONENT_TYPES or kind is None or kind not in COMPONENTS:
         raise Error(f"the accessor of {name} has the componentType {component_type!r} and the type {kind!r}", code="usage")
     return name, unique_id, component_type, COMPONENTS[kind], bool(accessor.get("normalized", False))
 
 
 def _accessor_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> Mapping[str, Any]:
-    accessor = accessors.get(name)
-    if not isinstance(accessor, Mapping):
+    if name not in accessors:
         raise Error(f"no accessor for {name}", code="usage")
-    return accessor
+    return mapping(accessors[name], f"accessors[{name!r}]")
 
 
 def _count_of(accessors: Mapping[str, Mapping[str, Any]], name: str) -> int:
     """The count of an accessor; 0 if it has none."""
-    count = _accessor_of(accessors, name).get("count", 0)
-    if not isinstance(count, int) or not 0 <= count <= 0xFFFFFFFF:
-        raise Error(f"the accessor of {name} has the count {count!r}", code="usage")
-    return count
+    return integer(_accessor_of(accessors, name).get("count", 0), f"accessors[{name!r}]['count']", 0, 0xFFFFFFFF)
 
 
 def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buffer_view: Callable[[int], ReadableBuffer], *,
@@ -216,11 +233,13 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
                     indices[f"targets/{number}/{semantic}"] = targets[number][semantic]
         if "indices" in primitive:
             indices["indices"] = primitive["indices"]
-        accessors = {name: gltf["accessors"][index] for name, index in indices.items()}
-    except (KeyError, IndexError, TypeError, AttributeError) as error:
+        described = _described(attributes, {name: gltf["accessors"][index] for name, index in indices.items()})
+    except Error:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InvalidInputError(f"the JSON of the primitive is not as glTF has it: {error!r}") from error
     data = bytes_of(buffer_view(view), f"what buffer_view({view!r}) returned")
-    return decode_container(data, attributes, accessors, extension=extension, threads=threads)
+    return _decoded(data, described, extension, threads)
 
 
 def release_scratch() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional
 import numpy as np
 
 from . import _native
-from ._errors import UnsupportedError
+from ._errors import InvalidInputError, UnsupportedError
 from ._gltf import TYPES
 from ._input import attribute_name, flag, integer, mapping, number, numbers, rows, thread_count
 from ._mesh import Attribute, Mesh
@@ -44,17 +44,17 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
     The parameters up to `normals` are those of DracoPy.
 
     Args:
-        points: (points, 3) floats. Integers of less than 24 bits are kept exactly; `quantization_bits` is not used
+        points: (points, 3) floats. Integers of up to 24 bits are kept exactly; `quantization_bits` is not used
             for them. Or a `Mesh`, which has the faces and the attributes. Nothing is lost a second time: values that
             are on the grid that they were decoded from keep it, and what was stored exactly is again, as long as
             neither `quantization_bits` nor `bits` says otherwise.
-        faces: (faces, 3) numbers of points. Without, or of a `Mesh` that is a point cloud, the stream is a point cloud with
-            all points: a kD-tree, which has an order of its own, or sequential if floats are kept exactly or
+        faces: (faces, 3) numbers of points. Without, or of a `Mesh` without faces, the stream is a point cloud with all
+            points: a kD-tree, which has an order of its own, or sequential if floats are kept exactly or
             `compression_level` is 0.
         quantization_bits: of a coordinate, 1 to 30; 0 keeps floats exactly. So are points that are not all finite.
             By default 14.
         compression_level: 0 (fastest) to 10 (smallest).
-        quantization_range: the edge of the cube in which points are quantized; -1 takes the largest extent.
+        quantization_range: the edge of the cube in which points are quantized; -1 takes the largest extent, or 1 if it is 0.
         quantization_origin: the corner of the cube, three floats; by default the least coordinates. No point may be
             outside of the cube.
         create_metadata: add the metadata that DracoPy adds: "quantization_bits" (int32) and, if a grid was chosen,
@@ -68,9 +68,9 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
             exactly, as a generic attribute of the stream, because Draco's normals are unit vectors.
         attributes: others by name: TANGENT, TEXCOORD_1, COLOR_1, JOINTS_0, WEIGHTS_0, names of your own. An array has a row of
             1 to 16 numbers for each point, or is one number for each. Integers of 8 and 16 bits are kept as they are.
-            Others become the smallest of these types, or else float32, that has all of their values. Floats become
-            float32 and are quantized: texture coordinates to `texcoord_bits`, colours to 8 bits, others to 12. If all
-            values of a name of your own are whole numbers, these are kept exactly. Integers of COLOR_n, TEXCOORD_n,
+            Others, of up to 24 bits, become the smallest of these types, or else float32, that has all of their values.
+            Floats become float32 and are quantized: texture coordinates to `texcoord_bits`, colours to 8 bits, others to
+            12. If all values of a name of your own are whole numbers, these are kept exactly. Integers of COLOR_n, TEXCOORD_n,
             WEIGHTS_n, TANGENT and NORMAL are normalized; an `Attribute` says itself whether it is. Names that Draco has
             no type for are in the metadata of the stream, where `decode` finds them, and DracoPy's
             get_attribute_by_name. Sets are numbered from 0.
@@ -78,11 +78,11 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
         bits: of single attributes, by name, in place of the above; 0 keeps floats exactly.
 
     Returns:
-        The stream. Without `preserve_order`, Draco drops points that no face uses and faces that repeat a point, and
-        has an order of its own.
+        The stream. Without `preserve_order`, Draco drops points of a mesh that no face uses and faces that repeat a point,
+        and has an order of its own. A point cloud keeps all of its points.
 
     Raises:
-        NotImplementedError: integers of more than 24 bits.
+        NotImplementedError: integers of more than 24 bits, or lines.
         InvalidInputError: indices out of range, points outside of the cube, no faces.
         UnsupportedError: this package was built without its encoder.
         ValueError: arrays of another shape, numbers out of range. TypeError: arguments of another type.
@@ -176,7 +176,9 @@ def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any,
     if isinstance(points, Mesh):
         if faces is not None:
             raise ValueError("faces is given, and points is a Mesh, which has faces")
-        faces = None if points.coding.startswith("cloud-") else points.faces
+        if getattr(points, "elements", points.faces).shape[1] == 2:
+            raise NotImplementedError("points is a primitive of lines, which Draco does not have")
+        faces = points.faces if len(points.faces) else None
         for name, attribute in points.attributes.items():
             give(name, f"the mesh's {name}", attribute)
         if "POSITION" not in given:
@@ -205,6 +207,8 @@ def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any,
 
 def _faces_of(faces: Any) -> NDArray[Any]:
     array = rows(faces, "faces", (3,))
+    if len(array) > 0xFFFFFFFF // 3:
+        raise ValueError("faces has more corners than 32-bit numbers can count")
     if array.size and array.dtype.kind not in "iu":
         raise ValueError(f"faces are {array.dtype}, not integers")
     if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
@@ -223,14 +227,16 @@ def _positions_of(given: Any, what: str, bits: Optional[int], extent: float,
         raise ValueError(f"{what} has more points than 32-bit numbers can name")
     if normalized and points.dtype.kind in "iu" and points.itemsize <= 2:  # of KHR_mesh_quantization
         return points, None, ("POSITION", np.ascontiguousarray(points), True, None, None, None)
-    chosen, grid = None, None
+    chosen, grid, exactly = None, None, None
     if points.dtype.kind in "iub":
         grid = _grid_of_integers(points, what)
+        stated, exactly = None, 0 if grid is None else None
     elif extent != -1 or origin is not None:
         chosen = grid = _grid_of(points, 14 if bits is None else bits, extent, origin)
     if grid is not None or bits is not None:
         stated = None
-    exactly = 0 if stated is not None and stated[0] == 0 else None
+    if stated is not None and stated[0] == 0:
+        exactly = 0
     return points, chosen, ("POSITION", np.ascontiguousarray(points, dtype=np.float32), False, exactly, grid,
                             None if exactly == 0 else stated)
 
@@ -246,20 +252,30 @@ def _grid_of(points: NDArray[Any], bits: int, extent: float, origin: Optional[Se
     if extent == -1:
         # The distance in the encoder's arithmetic, so that the farthest point is on the grid.
         extent = float((points.astype(np.float32) - corner).max()) if len(points) else 0.0
+        if not 0 <= extent < np.inf:
+            raise InvalidInputError("points are outside of the cube whose corner is quantization_origin")
+        extent = extent or 1.0
     if not (np.isfinite(extent) and extent > 0):
         raise ValueError(f"quantization_range is {extent}, not a positive number")
     return bits, [float(x) for x in corner], float(np.float32(extent))
 
 
 def _grid_of_integers(points: NDArray[Any], what: str) -> Optional[_Grid]:
-    """A grid whose places are the integers, so that decoded values are exact."""
+    """A grid whose places are the integers, so that decoded values are exact. None if only floats without a grid are."""
     if points.size == 0:
         return None
+    _expect_exact(points, what)
     low, high = points.min(axis=0), points.max(axis=0)
     bits = max(1, int(max(int(h) - int(l) for l, h in zip(low, high))).bit_length())
     if max(abs(int(low.min())), abs(int(high.max()))) + 2**bits > 2**24:
-        raise NotImplementedError(f"{what} has integers of 24 bits or more, which are not exact as floats")
+        return None
     return bits, [float(x) for x in low], float(2**bits - 1)
+
+
+def _expect_exact(integers: NDArray[Any], what: str) -> None:
+    low, high = (int(integers.min()), int(integers.max())) if integers.size else (0, 0)
+    if max(-low, high) >= 2**24:
+        raise NotImplementedError(f"{what} has integers from {low} to {high}: more than 24 bits, which are not exact as floats")
 
 
 _NORMALIZED = re.compile(r"(COLOR|TEXCOORD|WEIGHTS)_\d+$|TANGENT$|NORMAL$")
@@ -320,8 +336,7 @@ def _storable(values: NDArray[Any], what: str) -> NDArray[Any]:
     for kind in types:
         if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
             return values.astype(kind)
-    if max(-low, high) > 2**24:
-        raise NotImplementedError(f"{what} has integers from {low} to {high}: more than 24 bits, which are not exact as floats")
+    _expect_exact(values, what)
     return values.astype(np.float32)
 
 

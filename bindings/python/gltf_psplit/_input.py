@@ -71,6 +71,8 @@ def thread_count(value: Any) -> int:
 
 def number(value: Any, what: str) -> float:
     try:
+        if isinstance(value, (str, bytes, bytearray)):
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{what} is a {type(value).__name__}, not a number") from None

@@ -5,7 +5,8 @@
     mesh = meshio.read("bunny.drc")
 
 Attributes but the positions are point data by their names. Faces are cells "triangle"; the points of a point cloud are cells
-"vertex". Writing needs the package's encoder, and takes the parameters of `gltf_psplit.encode`.
+"vertex". A mesh with such cells alone, or without cells, is written as a point cloud of all its points. Writing needs the
+package's encoder, and takes the parameters of `gltf_psplit.encode`.
 """
 from __future__ import annotations
 
@@ -39,20 +40,21 @@ def read(file: Any) -> Any:
 
 
 def write(file: Any, mesh: Any, **parameters: Any) -> None:
-    """Writes the triangles of a `meshio.Mesh` as a Draco file, with its point data. Warns about cell data, which it leaves out."""
+    """Writes the triangles or the points of a `meshio.Mesh` as a Draco file, with its point data. Warns about cell data, which it
+    leaves out."""
     import meshio
 
-    others = sorted({cells.type for cells in mesh.cells} - {"triangle"})
-    if others:
-        raise meshio.WriteError(f"gltf_psplit writes triangles, and the mesh has cells of {', '.join(others)}")
-    faces = [cells.data for cells in mesh.cells]
+    kinds = {cells.type for cells in mesh.cells}
+    if not (kinds <= {"triangle"} or kinds == {"vertex"}):
+        raise meshio.WriteError(f"gltf_psplit writes triangles or points, and the mesh has cells of {', '.join(sorted(kinds))}")
+    faces = [cells.data for cells in mesh.cells if cells.type == "triangle"]
     points = np.asarray(mesh.points)
     if points.shape[1] == 2:  # meshio has meshes in the plane
         points = np.column_stack([points, np.zeros(len(points))])
     if mesh.cell_data:
         warnings.warn(f"Draco has no cell data: {', '.join(sorted(mesh.cell_data))} is left out", stacklevel=2)
     try:
-        stream = _encode.encode(points, np.concatenate(faces) if faces else np.zeros((0, 3), np.uint32),
+        stream = _encode.encode(points, np.concatenate(faces) if faces else None,
                                 **{"attributes": mesh.point_data, **parameters})
     except (TypeError, ValueError) as error:
         raise meshio.WriteError(str(error)) from error

@@ -13,6 +13,7 @@
 #include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/stream/attribute_plan.h"
+#include "psplit/decode.h"
 #include "psplit/encode.h"
 
 namespace psplit::python {
@@ -144,6 +145,22 @@ void warn_of_losses(const EncodedMesh& encoded) {
       throw py::error_already_set();
 }
 
+// Whether the stream itself does not name an attribute.
+bool needs_name(const EncodedMesh& encoded, size_t i, bool is_cloud) {
+  const EncodedPiece& piece = encoded.pieces[0];
+  const Attribute& attribute = piece.decoded.attributes[i];
+  if (draco_semantic(attribute, encoded.codings[i]) != DracoSemantic::kGeneric) return false;
+  if (!is_cloud || attribute.semantic != "NORMAL") return true;
+  // Floats have Draco's type of normals in each cloud. Only the stream says whether integers have it.
+  if (attribute.component_type == ComponentType::kFloat32) return false;
+  const Expected<StreamDescription> stream = describe_stream(piece.bytes);
+  if (!stream) return true;
+  for (const StreamAttribute& described : stream->attributes)
+    if (described.unique_id == encoded.requests[i].unique_id)
+      return described.semantic == DracoSemantic::kGeneric;
+  return true;
+}
+
 // One ordinary Draco stream, the bits of its positions, and the names of its generic attributes, by unique id.
 // Sequential streams keep the order of points and faces. A cloud has no faces.
 py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
@@ -162,14 +179,8 @@ py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int
   warn_of_losses(done);
   const EncodedPiece& piece = done.pieces[0];
   py::dict generic;
-  constexpr size_t kMethod = 8;
-  const bool is_tree = is_cloud && piece.bytes[kMethod] == 1;
-  const auto is_normal_of_cloud = [&](size_t i) {
-    return is_cloud && done.requests[i].semantic == "NORMAL" && (is_tree || done.codings[i].bits == 0);
-  };
   for (size_t i = 0; i < done.requests.size(); ++i)
-    if (!is_normal_of_cloud(i) &&
-        draco_semantic(piece.decoded.attributes[i], done.codings[i]) == DracoSemantic::kGeneric)
+    if (needs_name(done, i, is_cloud))
       generic[py::int_(done.requests[i].unique_id)] = done.requests[i].semantic;
   return py::make_tuple(bytes_of(piece.bytes), done.codings[0].bits, std::move(generic));
 }
