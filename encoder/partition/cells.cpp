@@ -60,7 +60,7 @@ struct Stretch {
 // Grows cells of faces breadth-first, so that they are about as long as wide. What is left between others, and
 // much smaller, joins one of them. Returns the number of grown cells.
 uint32_t grow(const Stretch<FaceGraph>& stretch) {
-  const uint32_t members = stretch.members, most = std::min(members + members / 2, stretch.face_limit);
+  const uint32_t members = std::min(stretch.members, stretch.face_limit);
   std::vector<uint32_t>& number = stretch.number;
   std::vector<uint32_t> sizes, faces;  // of the grown cells; those of the one that grows
   Neighbours around;
@@ -77,12 +77,13 @@ uint32_t grow(const Stretch<FaceGraph>& stretch) {
     for (size_t i = 0; i < faces.size() && faces.size() < members; ++i)
       stretch.graph.for_each_link(faces[i], take);
     const auto size = static_cast<uint32_t>(faces.size());
-    if (size * 3 < members) {
+    if (size < members && (size == 1 || 3 * size < members)) {
       around.clear();
       for (const uint32_t face : faces)
         stretch.graph.for_each_link(face, [&](uint32_t next, uint32_t edges) {
           if (stretch.has(next) && number[next] != own) around.count(number[next], edges);
         });
+      const uint32_t most = std::min(size == 1 ? 2 * members : members + members / 2, stretch.face_limit);
       const uint32_t joined = around.take_best([&](uint32_t cell) { return sizes[cell] + size <= most; });
       if (joined != kNoCell) {
         for (const uint32_t face : faces) number[face] = joined;
