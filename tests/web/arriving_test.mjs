@@ -6,7 +6,7 @@ import { createServer } from 'node:http';
 import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { compressed_primitives, gltf_psplit, make_container, package_folder, psplit, random_numbers, root, with_asset } from './load.mjs';
+import { compressed_primitives, fallback_files, gltf_psplit, make_container, package_folder, psplit, random_numbers, root, with_asset } from './load.mjs';
 import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
 import { streams, with_draco_mesh } from './stock_draco.mjs';
 
@@ -158,10 +158,10 @@ test('an abort cancels the stream', async () => {
 const slowly = (bytes) => () => in_chunks(bytes, () => 16000, 5), at_once = (bytes) => () => [bytes];
 
 test('decodeUrl: a container, a GLB, a glTF file and its buffer', async () => {
-  const glb = new Uint8Array(readFileSync(path.join(samples, 'patches.glb'))), gltf = path.join(samples, 'fallback');
+  const glb = new Uint8Array(readFileSync(path.join(samples, 'patches.glb')));
   const { bytes, attributes } = sample('patches'), files = { '/mesh.bin': at_once(bytes), '/patches.glb': slowly(glb) };
-  for (const name of ['.gltf', '.3017754ff5302130.bin', '.96bccec7e0ab550e.bin'])
-    files[`/fallback${name}`] = at_once(readFileSync(gltf + name));
+  for (const name of fallback_files)
+    files[`/${name}`] = at_once(readFileSync(path.join(samples, name)));
   const { origin } = await serve_slowly(files), expected = await psplit.decodeContainer(bytes, { attributes });
 
   const { json: none, primitives: [alone] } = await pool.decodeUrl(`${origin}/mesh.bin`, { attributes });

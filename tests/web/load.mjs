@@ -24,6 +24,10 @@ export const link_package = () => link('../../psplit', path.join(modules_folder,
 export const psplit = await import(pathToFileURL(path.join(package_folder, 'index.js')));
 export const stock = createRequire(path.join(modules_folder, 'package.json'))('draco3d');
 
+// The sample of several files.
+const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+export const fallback_files = ['fallback.gltf', ...JSON.parse(readFileSync(path.join(samples, 'fallback.gltf'))).buffers.map(({ uri }) => uri)];
+
 const corpus = process.env.PSPLIT_CORPUS ?? path.join(root, '../shared/corpus');
 export const corpus_folder = existsSync(corpus) ? corpus : null;
 

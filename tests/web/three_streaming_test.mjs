@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after } from 'node:test';
 import { geometries_of, geometry_differences, values_of } from './compare_scenes.mjs';
-import { gltf_psplit, psplit, root, with_asset } from './load.mjs';
+import { fallback_files, gltf_psplit, psplit, root, with_asset } from './load.mjs';
 import { in_chunks, part_of_file, serve_ranges, serve_slowly, wait_ms } from './slow_server.mjs';
 import { buffer_of, loadStreaming, make_loader, THREE } from './three_loaders.mjs';
 
@@ -21,7 +21,7 @@ const drawn = ({ index: { array } }) => array.reduce((sum, point, i) => sum + (i
 
 test('the samples are those that the plugin loads', async () => {
   const names = ['patches.glb', 'condensed.glb', 'seams.glb', 'residue.glb', 'coarse.glb', 'targets.glb', 'fallback.gltf'];
-  const files = Object.fromEntries([...names, 'fallback.3017754ff5302130.bin', 'fallback.96bccec7e0ab550e.bin']
+  const files = Object.fromEntries([...names, ...fallback_files]
     .map((name) => [`/${name}`, () => in_chunks(readFileSync(path.join(samples, name)), () => 5000, 1)]));
   const { origin } = await serve_slowly(files);
   for (const name of names)

@@ -5,7 +5,7 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
 import { kMostMs, need_browser, open_page, skip as no_chromium } from './browser.mjs';
-import { gltf_psplit, root } from './load.mjs';
+import { fallback_files, gltf_psplit, root } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
 const viewer = path.join(root, 'bindings/web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
@@ -107,7 +107,7 @@ test('dropped files', { skip, timeout: 120000 }, () => with_viewer('#scene.draco
   assert.deepEqual([seams.state, seams.facts.Triangles, seams.facts.Points], ['measured', '592', '396']);
   assert.match(seams.compared, /^draco3d decodes each patch as a mesh of its own/);
   assert.ok((await picture(page, 'seams')).covered > 0.1);
-  await drop(page, ['fallback.3017754ff5302130.bin', 'fallback.gltf', 'fallback.96bccec7e0ab550e.bin']);
+  await drop(page, fallback_files);
   const fallback = await state();
   assert.deepEqual([fallback.state, fallback.facts.Triangles], ['measured', '304']);
   await drop(page, ['condensed.glb']);
@@ -163,8 +163,7 @@ test('what is shown becomes patches', { skip, timeout: 120000 }, () => with_view
   const coloured = await picture(page, 'encoded');
   assert.ok(coloured.hues >= 5 && coloured.covered > 0.05, JSON.stringify(coloured));
   // A .gltf with files, condensed.
-  const names = ['fallback.3017754ff5302130.bin', 'fallback.gltf', 'fallback.96bccec7e0ab550e.bin'];
-  await drop(page, names);
+  await drop(page, fallback_files);
   await state();
   await page.click('#condense');
   const other = await encode_shown(page, state, 'encoded_condensed.glb');
