@@ -59,47 +59,45 @@ void count_triangles(benchmark::State& state, const Mesh& mesh) {
                                                 benchmark::Counter::kIsIterationInvariantRate);
 }
 
-void encode_by_draco(benchmark::State& state, bool all_attributes, int speed) {
-  const Input& given = input(all_attributes);
-  for (auto _ : state) {
-    const Expected<size_t> bytes = given.libdraco->encode(speed);
-    if (!bytes) state.SkipWithError(bytes.status().to_string().c_str());
-  }
-  count_triangles(state, given.mesh);
-}
-
-void encode_one_stream(benchmark::State& state, bool all_attributes, int speed) {
-  const Input& given = input(all_attributes);
-  for (auto _ : state) {
-    const auto stream = encode_stream(given.welded, given.whole, given.codings, speed);
-    if (!stream) state.SkipWithError(stream.status().to_string().c_str());
-    benchmark::DoNotOptimize(stream);
-  }
-  count_triangles(state, given.mesh);
-}
-
 void count_points(benchmark::State& state, const Mesh& cloud) {
   state.counters["Mpoints/s"] = benchmark::Counter(static_cast<double>(cloud.point_count) * 1e-6,
                                                    benchmark::Counter::kIsIterationInvariantRate);
 }
 
+// Measures `encode`, which returns an Expected.
+template <typename Encode>
+void measure(benchmark::State& state, Encode encode) {
+  for (auto _ : state) {
+    const auto encoded = encode();
+    if (!encoded) state.SkipWithError(encoded.status().to_string().c_str());
+    benchmark::DoNotOptimize(encoded);
+  }
+}
+
+void encode_by_draco(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  measure(state, [&] { return given.libdraco->encode(speed); });
+  count_triangles(state, given.mesh);
+}
+
+void encode_one_stream(benchmark::State& state, bool all_attributes, int speed) {
+  const Input& given = input(all_attributes);
+  measure(state, [&] { return encode_stream(given.welded, given.whole, given.codings, speed); });
+  count_triangles(state, given.mesh);
+}
+
 void encode_cloud_by_draco(benchmark::State& state, bool all_attributes, int speed) {
   const Input& given = input(all_attributes);
-  for (auto _ : state) {
-    const Expected<size_t> bytes = given.libdraco->encode_points(speed);
-    if (!bytes) state.SkipWithError(bytes.status().to_string().c_str());
-  }
+  measure(state, [&] { return given.libdraco->encode_points(speed); });
   count_points(state, given.cloud);
 }
 
 void encode_cloud_by_psplit(benchmark::State& state, bool all_attributes, int speed) {
   const Input& given = input(all_attributes);
   const bool is_tree = becomes_tree(given.cloud, given.cloud_codings, speed);
-  for (auto _ : state) {
-    const auto cloud = encode_cloud(given.cloud, is_tree ? given.cloud_codings : given.codings, is_tree, speed);
-    if (!cloud) state.SkipWithError(cloud.status().to_string().c_str());
-    benchmark::DoNotOptimize(cloud);
-  }
+  measure(state, [&] {
+    return encode_cloud(given.cloud, is_tree ? given.cloud_codings : given.codings, is_tree, speed);
+  });
   count_points(state, given.cloud);
 }
 
@@ -109,11 +107,7 @@ void encode_patches(benchmark::State& state, bool all_attributes, int speed, int
   StreamOptions options;
   options.encode_speed = speed;
   options.patch_count = static_cast<uint32_t>(given.mesh.faces.size() / 4800);
-  for (auto _ : state) {
-    const Expected<EncodedMesh> encoded = encode_mesh(given.mesh, given.codings, options, pool);
-    if (!encoded) state.SkipWithError(encoded.status().to_string().c_str());
-    benchmark::DoNotOptimize(encoded);
-  }
+  measure(state, [&] { return encode_mesh(given.mesh, given.codings, options, pool); });
   count_triangles(state, given.mesh);
 }
 

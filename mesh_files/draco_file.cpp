@@ -144,8 +144,7 @@ Expected<Document> document_from_points(std::span<const uint8_t> stream, const D
     attributes[(*requests)[i].semantic] =
         append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
   }
-  constexpr int kPoints = 0;
-  primitive_json(document, {0, 0}) = {{"attributes", std::move(attributes)}, {"mode", kPoints}};
+  primitive_json(document, {0, 0}) = {{"attributes", std::move(attributes)}, {"mode", kPointsMode}};
   document.from_draco = true;
   add_extras(document, metadata, of_attributes, *requests, losses);
   list_quantization(document, *requests);

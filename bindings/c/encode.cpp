@@ -12,6 +12,7 @@
 
 #include "psplit/encode.h"
 #include "src/container/stored_type.h"
+#include "src/mesh/no_indices.h"
 
 namespace psplit::c {
 namespace {
@@ -118,12 +119,6 @@ Expected<ValuesView> indices_of(const psplit_encode_source& source) {
                     static_cast<uint32_t>(source.indices_size / size),
                     bytes_of(source.indices, source.indices_size),
                     0};
-}
-
-// Of points. Without bytes, indices would be those of the points.
-ValuesView no_indices() {
-  static constexpr std::byte kByte{};
-  return {ComponentType::kUint32, 1, false, 0, {&kByte, 1}, 0};
 }
 
 // Adds the attribute to the view, and its bits to the codings, if it has its own.

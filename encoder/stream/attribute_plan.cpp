@@ -49,13 +49,9 @@ Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& p
              : Scheme::kConstrainedMultiParallelogram;
 }
 
-// Draco's descriptions of attributes whose caller does not give them. In a mesh, attributes of the type NORMAL
-// are predicted as directions, so exact normals have another type. In a cloud they are not, and normals always
-// have their own.
+// Draco's descriptions of attributes whose caller does not give them.
 DracoLabel label_of(const Attribute& attribute, const AttributeCoding& coding, bool is_cloud) {
-  const bool is_normal_of_cloud = is_cloud && attribute.semantic == "NORMAL";
-  return {is_normal_of_cloud ? DracoSemantic::kNormal : draco_semantic(attribute, coding),
-          stored_type(attribute.component_type)};
+  return {draco_semantic(attribute, coding, is_cloud), stored_type(attribute.component_type)};
 }
 
 std::vector<size_t> own_order(const Mesh& mesh) {
@@ -68,10 +64,10 @@ void append_float(float value, std::vector<uint8_t>& out) { append_u32(std::bit_
 
 }  // namespace
 
-DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding) {
+DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding, bool is_cloud) {
   const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
   if (attribute.semantic == "POSITION") return DracoSemantic::kPosition;
-  if (attribute.semantic == "NORMAL" && coding.octahedral) return DracoSemantic::kNormal;
+  if (attribute.semantic == "NORMAL" && (coding.octahedral || is_cloud)) return DracoSemantic::kNormal;
   if (starts("TEXCOORD_") && attribute.component_count == 2) return DracoSemantic::kTexCoord;
   if (starts("COLOR_")) return DracoSemantic::kColor;
   return DracoSemantic::kGeneric;

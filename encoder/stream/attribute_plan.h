@@ -15,8 +15,9 @@
 namespace psplit {
 
 // Draco's attribute type, which selects the prediction. Normals that are not on the octahedral grid, and
-// texture coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
-DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding);
+// texture coordinates that are not pairs, must not get the schemes of their types, which cannot handle them. In
+// a cloud the type selects nothing, and normals always have their own.
+DracoSemantic draco_semantic(const Attribute& attribute, const AttributeCoding& coding, bool is_cloud = false);
 
 // Indices of the mesh's attributes in the order of their unique ids, which is that of the stream: POSITION
 // first.

@@ -11,6 +11,9 @@
 
 namespace psplit {
 
+// The mode of a primitive of points.
+inline constexpr int kPointsMode = 0;
+
 // How buffer views store the values; nothing if no glTF type has this number of components.
 inline std::optional<ElementLayout> layout_of(const ValuesView& values) {
   return layout_of(values.component_type, values.component_count);

@@ -53,8 +53,7 @@ Json append_primitive(Document& document, Mesh mesh, bool are_points) {
     attributes[attribute.semantic] =
         append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
   }
-  constexpr int kPoints = 0;
-  if (are_points) return {{"attributes", std::move(attributes)}, {"mode", kPoints}};
+  if (are_points) return {{"attributes", std::move(attributes)}, {"mode", kPointsMode}};
   const AccessorData indices = index_data(mesh);
   mesh = {};
   return {{"attributes", std::move(attributes)},

@@ -15,6 +15,7 @@
 #include "encoder/stream/attribute_plan.h"
 #include "psplit/decode.h"
 #include "psplit/encode.h"
+#include "src/mesh/no_indices.h"
 
 namespace psplit::python {
 namespace {
@@ -147,18 +148,8 @@ void warn_of_losses(const EncodedMesh& encoded) {
 
 // Whether the stream itself does not name an attribute.
 bool needs_name(const EncodedMesh& encoded, size_t i, bool is_cloud) {
-  const EncodedPiece& piece = encoded.pieces[0];
-  const Attribute& attribute = piece.decoded.attributes[i];
-  if (draco_semantic(attribute, encoded.codings[i]) != DracoSemantic::kGeneric) return false;
-  if (!is_cloud || attribute.semantic != "NORMAL") return true;
-  // Floats have Draco's type of normals in each cloud. Only the stream says whether integers have it.
-  if (attribute.component_type == ComponentType::kFloat32) return false;
-  const Expected<StreamDescription> stream = describe_stream(piece.bytes);
-  if (!stream) return true;
-  for (const StreamAttribute& described : stream->attributes)
-    if (described.unique_id == encoded.requests[i].unique_id)
-      return described.semantic == DracoSemantic::kGeneric;
-  return true;
+  return draco_semantic(encoded.pieces[0].decoded.attributes[i], encoded.codings[i], is_cloud) ==
+         DracoSemantic::kGeneric;
 }
 
 // One ordinary Draco stream, the bits of its positions, and the names of its generic attributes, by unique id.
@@ -166,8 +157,7 @@ bool needs_name(const EncodedMesh& encoded, size_t i, bool is_cloud) {
 py::tuple encode(const Indices& faces, const std::vector<Given>& attributes, int position_bits, int normal_bits,
                  int texcoord_bits, int speed, bool sequential, bool is_cloud) {
   MeshView view = view_of(faces, attributes);
-  static constexpr std::byte kByte{};
-  if (is_cloud) view.indices.bytes = {&kByte, 1};  // without bytes, each three points would be a face
+  if (is_cloud) view.indices = no_indices();
   EncodeOptions options = options_of(position_bits, normal_bits, texcoord_bits, speed);
   // The stream's metadata repeat the bits of positions. A stated grid has its own.
   options.given.position = !std::get<5>(attributes.at(0)).has_value();

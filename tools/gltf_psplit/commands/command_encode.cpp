@@ -193,8 +193,7 @@ Status run_encode_draco(const EncodeCommandArguments& arguments, const Session& 
   Expected<Document> document = read_for_draco(arguments, session, written);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(*document), {}};
-  const Json dropped =
-      drop_extensions(*document, arguments.encode.drop_extensions, arguments.input, session.log);
+  drop_extensions(*document, arguments.encode.drop_extensions, arguments.input, session.log);
   if (Status status = decode_document(*document, find_backend({}), session.pool); !status.ok())
     return std::move(status).at({.file = arguments.input});
   EncodeStatistics lost;

@@ -121,8 +121,7 @@ class SceneParts {
     const std::vector<PrimitiveRecord>& primitives = document_.records().meshes[instance.mesh];
     for (size_t i = 0; i < primitives.size(); ++i) {
       if (!primitives[i].status.ok()) return primitives[i].status;
-      constexpr int kPoints = 0;
-      if (!primitives[i].has_triangles() && !(takes_points_ && primitives[i].mode == kPoints)) {
+      if (!primitives[i].has_triangles() && !(takes_points_ && primitives[i].mode == kPointsMode)) {
         ++other_primitives_;
         continue;
       }
