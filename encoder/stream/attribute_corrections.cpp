@@ -64,7 +64,7 @@ class Corrections {
     if (!wrap.find_range(on)) return range_too_large();
     wrap.write_range(out_);
     core::ParallelogramFinder<uint32_t> finder;
-    core::Arena arena = take_arena(core::ParallelogramFinder<uint32_t>::bytes(face_count(), on.sequence.count));
+    core::Arena arena = take_arena(core::ParallelogramFinder<uint32_t>::bytes(on.sequence.count));
     if (const core::Fault fault = finder.find(on.table, on.sequence, arena); fault != core::Fault::kNone)
       return status_of(fault);
 

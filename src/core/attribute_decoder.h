@@ -145,12 +145,13 @@ class AttributeDecoder {
   }
   // Finishes the integers after their steps were taken.
   PSPLIT_HD Fault finish_predictions() {
-    if (const Fault fault = check_created(); fault != Fault::kNone) return fault;
-    for (uint32_t i = 0; i < integers_.size(); ++i) {
-      if (!has_integers(i)) continue;
-      if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
-    }
-    return Fault::kNone;
+    Fault fault = check_created();
+    const size_t mark = arena_.mark();
+    ParallelogramFinder<Index> parallelograms;
+    for (uint32_t i = 0; i < integers_.size() && fault == Fault::kNone; ++i)
+      if (has_integers(i)) fault = integers_[i].finish(parallelograms, arena_, mark);
+    arena_.release(mark);
+    return fault;
   }
   // Decodes the deltas of a condensed stream, when all other values are finished. Collective.
   template <Lanes L>
@@ -197,8 +198,7 @@ class AttributeDecoder {
   // The memory that is taken and released after that.
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header, const ValueCounts& values) {
     const uint32_t faces = header.counts.face_count;
-    const size_t prediction =
-        is_traversed(header) ? IntegerDecoder<Index>::finish_bytes(faces, values.points) : 0;
+    const size_t prediction = is_traversed(header) ? IntegerDecoder<Index>::finish_bytes(values.points) : 0;
     const size_t condensed = header.is_condensed() ? CondensedAttributes<Index>::scratch_bytes(faces) : 0;
     return prediction > condensed ? prediction : condensed;
   }

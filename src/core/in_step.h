@@ -21,21 +21,20 @@ PSPLIT_HD PSPLIT_INLINE void renew_steps(Run& run) {
     if (run.steps_left() == 0) run.renew();
 }
 
-// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and steps_left(), which may be
-// 0 before all steps are taken if it has renew(). If a step has several dependent parts, it has begin_step(),
-// and step_part() for each of its kParts, instead of step(): then the parts of all runs are taken in turn. Each
-// run is copied to a Run, whose state may be kept in registers, and assigned back when one of those in turn
-// ends.
+// Takes steps of `count` runs, kRuns of them in turn, until fewer are left. Returns their number, and stores
+// them in `left`, which has room for kRuns. A run has step() and steps_left(), which may be 0 before all steps
+// are taken if it has renew(). If a step has several dependent parts, it has begin_step(), and step_part() for
+// each of its kParts, instead of step(): then the parts of all runs are taken in turn. Each run is copied to a
+// Run, whose state may be kept in registers, and assigned back when one of those in turn ends.
 template <uint32_t kRuns, typename Run, typename T>
-PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
-  T* at[kRuns] = {};
+PSPLIT_HD uint32_t step_most(T* const* runs, uint32_t count, T** left) {
   uint32_t live = 0;
   for (uint32_t next = 0;;) {
     // The next runs take the places of those that ended.
-    while (live < kRuns && next < count) at[live++] = runs[next++];
-    if (live < kRuns) break;
+    while (live < kRuns && next < count) left[live++] = runs[next++];
+    if (live < kRuns) return live;
     Run local[kRuns];
-    for (uint32_t n = 0; n < kRuns; ++n) local[n] = Run(*at[n]);
+    for (uint32_t n = 0; n < kRuns; ++n) local[n] = Run(*left[n]);
     for (;;) {
       uint32_t steps = ~uint32_t{0};
       PSPLIT_UNROLL
@@ -61,13 +60,20 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
     }
     live = 0;
     for (uint32_t n = 0; n < kRuns; ++n) {
-      T* const run = at[n];
+      T* const run = left[n];
       const bool is_live = local[n].steps_left() > 0;
       *run = local[n];
-      if (is_live) at[live++] = run;
+      if (is_live) left[live++] = run;
     }
   }
-  if constexpr (kRuns > 1) step_all<kRareInStep<kRuns - 1>, Run>(at, live);
+}
+
+// Takes all steps of `count` runs, up to kRuns of them in turn.
+template <uint32_t kRuns, typename Run, typename T>
+PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
+  T* left[kRuns] = {};
+  const uint32_t live = step_most<kRuns, Run>(runs, count, left);
+  if constexpr (kRuns > 1) step_all<kRareInStep<kRuns - 1>, Run>(left, live);
 }
 
 // Sorts runs, so that the longest begin first: then few are left alone at the end.
@@ -82,10 +88,11 @@ PSPLIT_HD void sort_longest_first(T** runs, uint32_t count) {
     }
 }
 
-// Takes steps of runs of different kinds in turn, until the first of them ends.
-template <typename... Runs>
-PSPLIT_HD void step_in_turn(Runs&... runs) {
-  const auto step = [&](Runs... at) {
+// Takes steps of runs of different kinds in turn, until the first of them ends. Each is copied to a Run and
+// assigned back.
+template <typename... Run, typename... T>
+PSPLIT_HD void step_in_turn_as(T&... runs) {
+  const auto step = [&](Run... at) {
     for (;;) {
       uint32_t steps = ~uint32_t{0};
       ((renew_steps(at), steps = at.steps_left() < steps ? at.steps_left() : steps), ...);
@@ -94,7 +101,51 @@ PSPLIT_HD void step_in_turn(Runs&... runs) {
     }
     ((runs = at), ...);
   };
-  step(runs...);
+  step(Run(runs)...);
+}
+template <typename... Runs>
+PSPLIT_HD void step_in_turn(Runs&... runs) {
+  step_in_turn_as<Runs...>(runs...);
+}
+
+// The runs of a kind that are left when they are fewer than kInStep: too few to keep a processor busy.
+template <typename T>
+struct LeftRuns {
+  T* at[kInStep] = {};
+  uint32_t count = 0;
+
+  // Takes steps as step_most does. Those that were left before are taken first.
+  template <typename Run>
+  PSPLIT_HD void take_most(T* const* runs, uint32_t run_count) {
+    finish<Run>();
+    count = step_most<kInStep, Run>(runs, run_count, at);
+  }
+  template <typename Run>
+  PSPLIT_HD void finish() {
+    step_all<kRareInStep<kInStep - 1>, Run>(at, count);
+    count = 0;
+  }
+  // Whether some are left.
+  template <typename Run>
+  PSPLIT_HD bool are_left() {
+    const uint32_t before = count;
+    count = 0;
+    for (uint32_t n = 0; n < before; ++n)
+      if (Run(*at[n]).steps_left() > 0) at[count++] = at[n];
+    return count > 0;
+  }
+};
+// Takes steps of runs of two kinds in turn, until one kind has no runs any more.
+template <typename A, typename B, typename T, typename U>
+PSPLIT_HD void step_left_in_turn(LeftRuns<T>& a, LeftRuns<U>& b) {
+  while (a.template are_left<A>() && b.template are_left<B>()) {
+    if (a.count > 1)
+      step_in_turn_as<A, A, B>(*a.at[0], *a.at[1], *b.at[0]);
+    else if (b.count > 1)
+      step_in_turn_as<A, B, B>(*a.at[0], *b.at[0], *b.at[1]);
+    else
+      step_in_turn_as<A, B>(*a.at[0], *b.at[0]);
+  }
 }
 
 }  // namespace psplit::core

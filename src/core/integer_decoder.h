@@ -127,7 +127,8 @@ class IntegerDecoder {
     }
     if (!is_independent_) return;
     Arena none;
-    early_fault_ = predict_components(none);
+    ParallelogramFinder<Index> no_parallelograms;
+    early_fault_ = predict_components(no_parallelograms, none);
     is_finished_ = true;
   }
   // Whether start_prediction has computed the values.
@@ -136,16 +137,20 @@ class IntegerDecoder {
   PSPLIT_HD ParallelogramSteps<Index, 2>& parallelograms_2d() { return parallelograms_2d_; }
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
 
-  PSPLIT_HD Fault finish(Arena& arena) {
+  // `parallelograms` are those of the attribute before, or empty, and are the last that was taken from the
+  // arena since `mark`. Memory is released to there, unless these or new parallelograms are in it.
+  PSPLIT_HD Fault finish(ParallelogramFinder<Index>& parallelograms, Arena& arena, size_t mark) {
     if (has_steps() || is_predicted_ || is_finished_) return early_fault_;
-    const size_t mark = arena.mark();
-    const Fault fault = predict_components(arena);
-    arena.release(mark);
-    return fault;
+    if (data_.scheme != Scheme::kConstrainedMultiParallelogram ||
+        !parallelograms.are_of(group_->table.table, group_->sequence)) {
+      parallelograms = {};
+      arena.release(mark);
+    }
+    return predict_components(parallelograms, arena);
   }
-  // The memory that `finish` takes.
-  PSPLIT_HD static constexpr size_t finish_bytes(uint32_t face_count, uint64_t value_count) {
-    return ParallelogramFinder<Index>::bytes(face_count, value_count);
+  // The memory that `finish` takes. It is not released.
+  PSPLIT_HD static constexpr size_t finish_bytes(uint64_t value_count) {
+    return ParallelogramFinder<Index>::bytes(value_count);
   }
 
  private:
@@ -265,19 +270,19 @@ class IntegerDecoder {
       parallelograms_2d_ = ParallelogramSteps<Index, 2>({values<2>(), data_.wrap});
   }
 
-  PSPLIT_HD Fault predict_components(Arena& arena) {
+  PSPLIT_HD Fault predict_components(ParallelogramFinder<Index>& parallelograms, Arena& arena) {
     const uint32_t components = attribute_->value_components();
     if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal) {
       if (components != 2) return Fault::kPrediction;
       return predict_from_positions(values<2>(), positions(), data_, arena);
     }
-    if (components == 3) return predict(values<3>(), data_, arena);
+    if (components == 3) return predict(values<3>(), data_, parallelograms, arena);
     if constexpr (!PSPLIT_IS_SMALL_CODE) {
-      if (components == 1) return predict(values<1>(), data_, arena);
-      if (components == 2) return predict(values<2>(), data_, arena);
-      if (components == 4) return predict(values<4>(), data_, arena);
+      if (components == 1) return predict(values<1>(), data_, parallelograms, arena);
+      if (components == 2) return predict(values<2>(), data_, parallelograms, arena);
+      if (components == 4) return predict(values<4>(), data_, parallelograms, arena);
     }
-    return predict(values<0>(), data_, arena);
+    return predict(values<0>(), data_, parallelograms, arena);
   }
 
   const Group<Index>* group_ = nullptr;

@@ -10,116 +10,127 @@
 
 namespace psplit::core {
 
-// Finds, for each value of a sequence, the parallelograms that predict it, at most kMaxParallelograms. They are
-// in their order around the value's vertex: to the left from the corner at which the traversal met the vertex,
-// then to the right from there. The search depends on the order of values only, not on the values, so several
-// searches run in step.
+// The parallelograms that predict a value, at most kMaxParallelograms, in their order around the value's
+// vertex: to the left from the corner at which the traversal met the vertex, then to the right from there. No
+// number is chosen by an index that is known only at run time, so a device keeps all in registers.
+struct FoundParallelograms {
+  uint32_t count = 0;
+  uint32_t across[kMaxParallelograms] = {};  // the far corners of the first `count`
+};
+template <typename Index>
+PSPLIT_HD FoundParallelograms find_parallelograms(const CornerTable<Index>& table,
+                                                  const Sequence<Index>& sequence, uint32_t i) {
+  const View<const Index> rank = sequence.rank;
+  const Index start = sequence.corner[i];
+  FoundParallelograms found;
+  const auto look = [&](Index corner) {
+    const Index far = table.opposite[corner];
+    if (far == kNone<Index>) return;
+    const FaceRow<Index> face = row_of(table.vertex, far);
+    if (rank[face.at[0]] >= i || rank[face.at[1]] >= i || rank[face.at[2]] >= i) return;
+    PSPLIT_UNROLL
+    for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+      if (j == found.count) found.across[j] = far;
+    ++found.count;
+  };
+  Index corner = start;
+  do {
+    look(corner);
+    corner = table.swing_left(corner);
+  } while (corner != kNone<Index> && corner != start && found.count < kMaxParallelograms);
+  if (corner != kNone<Index>) return found;
+  for (corner = start; found.count < kMaxParallelograms;) {
+    corner = table.swing_right(corner);
+    if (corner == kNone<Index>) break;
+    look(corner);
+  }
+  return found;
+}
+
+// Finds the parallelograms of all values of a sequence, as find_parallelograms does.
+//
+// A face predicts the last of its values from the face across, if that one's values come before. So each face
+// gives one parallelogram at most, and the values get theirs in any order. Most values have two, of which the
+// first is across from the corner where the traversal met the vertex, because it came from there. Only the
+// vertices of the few values that get three are walked around.
 template <typename Index>
 class ParallelogramFinder {
  public:
+  // Attributes in the same order have the same parallelograms: does nothing if these were found.
   PSPLIT_HD Fault find(const CornerTable<Index>& table, const Sequence<Index>& sequence, Arena& arena) {
-    const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
+    if (are_of(table, sequence)) return Fault::kNone;
+    corners_ = sequence.corner;
+    opposite_ = table.opposite;
     if (!arena.take(found_, sequence.count) ||
         !arena.take(across_, uint64_t{kMaxParallelograms} * sequence.count))
       return Fault::kWorkspace;
-    fill(across_, Index{0});
-    const size_t mark = arena.mark();
-    FaceValues<Index, Index> complete_at;  // the rank of the last of a face's values
-    if (!complete_at.take(face_count, arena)) return Fault::kWorkspace;
-    complete_at.of_none() = kNone<Index>;  // a face that does not exist is never complete
-    const auto rank_at = [&](uint32_t corner) -> uint32_t { return sequence.rank[table.vertex[corner]]; };
-    for (uint32_t corner = 0; corner < 4 * face_count; corner += 4) {
-      const uint32_t a = rank_at(corner), b = rank_at(corner + 1), c = rank_at(corner + 2);
-      const uint32_t ab = select(mask(a > b), a, b);
-      complete_at.of_face(corner) = static_cast<Index>(select(mask(ab > c), ab, c));
-    }
-    search({table, sequence.corner, complete_at, found_, across_}, sequence.count);
-    arena.release(mark);
+    give(table, sequence);
+    put_in_order(table, sequence);
     return Fault::kNone;
   }
   // The memory that `find` takes.
-  PSPLIT_HD static constexpr size_t bytes(uint32_t face_count, uint64_t value_count) {
-    return Arena::bytes<uint8_t>(value_count) + Arena::bytes<Index>(kMaxParallelograms * value_count) +
-           FaceValues<Index, Index>::bytes(face_count);
+  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count) {
+    return Arena::bytes<uint8_t>(value_count) + Arena::bytes<Index>(kMaxParallelograms * value_count);
   }
 
+  PSPLIT_HD bool are_of(const CornerTable<Index>& table, const Sequence<Index>& sequence) const {
+    return opposite_.data() == table.opposite.data() && corners_.data() == sequence.corner.data() &&
+           corners_.data() != nullptr;
+  }
   PSPLIT_HD uint32_t count(uint32_t i) const { return found_[i]; }
   // The far corner of value i's j-th parallelogram; any corner if j is not below count(i).
   PSPLIT_HD Index across(uint32_t i, uint32_t j) const { return across_[size_t{kMaxParallelograms} * i + j]; }
 
  private:
-  // The state of one search, which is for values [i, end).
-  struct Search {
-    uint32_t i = 0, end = 0, start = 0, corner = 0, found = 0;
-  };
+  static constexpr uint32_t kMany = 3;  // or more
+  static_assert(kMany < kMaxParallelograms);
 
-  // What all searches share.
-  struct Fans {
-    CornerTable<Index> table;
-    View<const Index> corners;
-    FaceValues<Index, Index> complete_at;
-    View<uint8_t> found_at;
-    View<Index> across_at;
-
-    // Looks at one corner. Where a fan ends is unpredictable, so the only branch is the one at borders. Returns
-    // whether the search goes on.
-    PSPLIT_HD bool step(Search& at) const {
-      look(at, at.corner);
-      const uint32_t beyond = table.opposite[next(at.corner)], following = next(beyond);
-      uint32_t done = at.found >> 2 | static_cast<uint32_t>(following == at.start);
-      if (PSPLIT_UNLIKELY(beyond == kNone<Index>)) {
-        for (Index right = static_cast<Index>(at.start); at.found < kMaxParallelograms;) {
-          right = table.swing_right(right);
-          if (right == kNone<Index>) break;
-          look(at, right);
-        }
-        done = 1;
+  // Gives each value up to kMany parallelograms, in the order of faces.
+  PSPLIT_HD void give(const CornerTable<Index>& table, const Sequence<Index>& sequence) {
+    fill(found_, uint8_t{0});
+    fill(across_, Index{0});
+    const auto corner_count = static_cast<uint32_t>(table.opposite.size());
+    for (uint32_t face = 0; face < corner_count; face += 4) {
+      const FaceRow<Index> vertex = row_of(table.vertex, face);
+      const uint32_t a = sequence.rank[vertex.at[0]], b = sequence.rank[vertex.at[1]],
+                     c = sequence.rank[vertex.at[2]];
+      const uint32_t ab = select(mask(a > b), a, b), last = select(mask(ab > c), ab, c);
+      const uint32_t is_a = a == last, is_b = b == last, is_c = c == last;
+      const uint32_t corner = face + is_b + 2 * is_c;  // any of the row's if a vertex is at two corners
+      const Index across = table.opposite[corner];
+      const bool exists = across != kNone<Index>;
+      const uint32_t far = sequence.rank[table.vertex[exists ? across : face]];
+      const uint32_t found = found_[last], is_found = static_cast<uint32_t>(exists) &
+                                                      static_cast<uint32_t>(far < last) &
+                                                      static_cast<uint32_t>(is_a + is_b + is_c == 1);
+      // Any corner will do where there is no parallelogram.
+      across_[size_t{kMaxParallelograms} * last + found] = static_cast<Index>(exists ? across : face);
+      found_[last] = static_cast<uint8_t>(found + (is_found & static_cast<uint32_t>(found < kMany)));
+    }
+  }
+  PSPLIT_HD void put_in_order(const CornerTable<Index>& table, const Sequence<Index>& sequence) {
+    for (uint32_t i = 0; i < sequence.count; ++i) {
+      Index* const across = &across_[size_t{kMaxParallelograms} * i];
+      const uint32_t found = found_[i];
+      const Index first = table.opposite[sequence.corner[i]], a = across[0], b = across[1];
+      if (PSPLIT_UNLIKELY(found == kMany || (found == 2 && a != first && b != first))) {
+        walk(table, sequence, i);
+        continue;
       }
-      found_at[at.i] = static_cast<uint8_t>(at.found);
-      at.i += done;
-      // A sequence has one corner more than values.
-      const uint32_t if_done = 0 - done, fresh = corners[at.i];
-      if constexpr (sizeof(Index) == 4) {
-        const uint32_t soon = corners[at.i + 16 < corners.size() ? at.i + 16 : at.i];
-        PSPLIT_PREFETCH(&table.opposite[soon]);
-      }
-      at.corner = select(if_done, fresh, following);
-      at.start = select(if_done, fresh, at.start);
-      at.found &= ~if_done;
-      return at.i < at.end;
+      const uint32_t swap = mask(found == 2 && b == first);
+      across[0] = static_cast<Index>(select(swap, b, a));
+      across[1] = static_cast<Index>(select(swap, a, b));
     }
-
-    PSPLIT_HD void look(Search& at, uint32_t corner) const {
-      static_assert(kMaxParallelograms == 4);
-      const ptrdiff_t across = FaceValues<Index, Index>::as_signed(table.opposite[corner]);
-      const bool complete = complete_at.at_signed(across) < at.i;
-      // Any corner will do if there is no parallelogram.
-      across_at[size_t{4} * at.i + at.found] =
-          static_cast<Index>(select(mask(complete), static_cast<uint32_t>(across), at.start));
-      at.found += complete;
-    }
-  };
-
-  // Each search has an equal part of the sequence, and looks at one corner in turn. `fans` is a copy, which the
-  // loop may keep in registers.
-  PSPLIT_HD static void search(Fans fans, uint32_t value_count) {
-    Search searches[kInStep];
-    bool all = true;
-    for (uint32_t n = 0; n < kInStep; ++n) {
-      Search& at = searches[n];
-      at.i = static_cast<uint32_t>(uint64_t{value_count} * n / kInStep);
-      at.end = static_cast<uint32_t>(uint64_t{value_count} * (n + 1) / kInStep);
-      if (at.i < at.end) at.start = at.corner = fans.corners[at.i];
-      all &= at.i < at.end;
-    }
-    while (all) {
-      PSPLIT_UNROLL
-      for (Search& at : searches) all &= fans.step(at);
-    }
-    for (Search& at : searches)
-      while (at.i < at.end) fans.step(at);
+  }
+  // Finds the parallelograms of one value in their order.
+  PSPLIT_HD void walk(const CornerTable<Index>& table, const Sequence<Index>& sequence, uint32_t i) {
+    const FoundParallelograms found = find_parallelograms(table, sequence, i);
+    found_[i] = static_cast<uint8_t>(found.count);
+    for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+      across_[size_t{kMaxParallelograms} * i + j] = static_cast<Index>(found.across[j]);
   }
 
+  View<const Index> corners_, opposite_;  // whose parallelograms are found
   View<uint8_t> found_;
   View<Index> across_;
 };
@@ -144,42 +155,6 @@ PSPLIT_HD void predict_by_multi_parallelogram(WrappedValues<Index, kComponents> 
     };
     on.correct(i, on.at(start), mean);
   }
-}
-
-// The parallelograms of one value, as ParallelogramFinder finds them. No number is chosen by an index that is
-// known only at run time, so a device keeps all in registers.
-struct FoundParallelograms {
-  uint32_t count = 0;
-  uint32_t across[kMaxParallelograms] = {};  // the far corners of the first `count`
-};
-template <typename Index, uint32_t kComponents>
-PSPLIT_HD FoundParallelograms find_parallelograms(const PredictedValues<Index, kComponents>& on, uint32_t i) {
-  const CornerTable<Index> table = on.table;
-  const View<const Index> rank = on.sequence.rank;
-  const Index start = on.sequence.corner[i];
-  FoundParallelograms found;
-  const auto look = [&](Index corner) {
-    const Index far = table.opposite[corner];
-    if (far == kNone<Index>) return;
-    const FaceRow<Index> face = row_of(table.vertex, far);
-    if (rank[face.at[0]] >= i || rank[face.at[1]] >= i || rank[face.at[2]] >= i) return;
-    PSPLIT_UNROLL
-    for (uint32_t j = 0; j < kMaxParallelograms; ++j)
-      if (j == found.count) found.across[j] = far;
-    ++found.count;
-  };
-  Index corner = start;
-  do {
-    look(corner);
-    corner = table.swing_left(corner);
-  } while (corner != kNone<Index> && corner != start && found.count < kMaxParallelograms);
-  if (corner != kNone<Index>) return found;
-  for (corner = start; found.count < kMaxParallelograms;) {
-    corner = table.swing_right(corner);
-    if (corner == kNone<Index>) break;
-    look(corner);
-  }
-  return found;
 }
 
 // The value of a chain (value_chain.h) that is the mean of parallelograms: a sum of values that are known, and
@@ -236,7 +211,7 @@ PSPLIT_HD bool predict_by_constrained_multi_parallelogram(L lanes,
   for (uint32_t chunk = 0; chunk < count; chunk += kChains * kValues) {
     FoundParallelograms found;
     if (lanes.rank() < kChains * kValues && chunk + lanes.rank() < count)
-      found = find_parallelograms(on, chunk + lanes.rank());
+      found = find_parallelograms(on.table, on.sequence, chunk + lanes.rank());
     uint32_t kept = 0;  // a bit for each parallelogram
     bool is_short = false;
     for (uint32_t n = 1; n <= kMaxParallelograms; ++n) {
@@ -290,15 +265,13 @@ PSPLIT_HD bool predict_by_constrained_multi_parallelogram(L lanes,
   return true;
 }
 
-// A value is the mean of its first parallelograms (ParallelogramFinder), without those that a crease flag
-// excludes. The arena is not released. `on` is a copy, which the loop may keep in registers.
+// A value is the mean of its first parallelograms, without those that a crease flag excludes. `on` and `finder`
+// are copies, which the loop may keep in registers.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, kComponents> on,
-                                                           const View<uint8_t> (&creases)[kMaxParallelograms],
-                                                           Arena& arena) {
+                                                           ParallelogramFinder<Index> finder,
+                                                           const View<uint8_t> (&creases)[kMaxParallelograms]) {
   using Block = typename WrappedValues<Index, kComponents>::Block;
-  ParallelogramFinder<Index> finder;
-  if (const Fault fault = finder.find(on.table, on.sequence, arena); fault != Fault::kNone) return fault;
   size_t used[kMaxParallelograms] = {};  // of the flags
   for (uint32_t i = 0; i < on.sequence.count; ++i) {
     if constexpr (sizeof(Index) == 4) {
@@ -328,10 +301,14 @@ PSPLIT_HD Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 
       };
       Block sum(0);
 #if defined(PSPLIT_HAS_VECTORS)
-      if constexpr (kComponents == 3) {
-        // The number of parallelograms is unpredictable: always add four, some of them masked to zero.
-        for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+      if constexpr (kComponents == 3 || kComponents == 4) {
+        // Most values have two parallelograms or less. Which of them count is unpredictable: those that do not
+        // are masked to zero.
+        const auto add = [&](uint32_t j) {
           sum = sum + (predicted(j) & Block(-static_cast<int32_t>(kept >> j & 1)));
+        };
+        add(0), add(1);
+        if (PSPLIT_UNLIKELY(found > 2)) add(2), add(3);
         return sum.mean_of(kBits[kept]);
       }
 #endif

@@ -32,10 +32,11 @@ PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& 
 
 // Computes the values of an attribute from its corrections, except parallelograms of two and three components
 // and normals by difference: ParallelogramSteps and NormalSteps compute those (see IntegerDecoder). kComponents
-// is 0 if their number is known only at run time. The arena is not released.
+// is 0 if their number is known only at run time. `parallelograms` are those of an attribute before, or empty;
+// if others are needed, these are found in the arena's memory.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const PredictionData& data,
-                        Arena& arena) {
+                        ParallelogramFinder<Index>& parallelograms, Arena& arena) {
   const WrappedValues<Index, kComponents> wrapped(on, data.wrap);
   switch (data.scheme) {
     case Scheme::kNone:
@@ -48,8 +49,11 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pre
         for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.steps_left() > 0;) steps.step();
       return Fault::kNone;
     case Scheme::kMultiParallelogram: predict_by_multi_parallelogram(wrapped); return Fault::kNone;
-    case Scheme::kConstrainedMultiParallelogram:
-      return predict_by_constrained_multi_parallelogram(wrapped, data.creases, arena);
+    case Scheme::kConstrainedMultiParallelogram: {
+      const Fault fault = parallelograms.find(on.table, on.sequence, arena);
+      if (fault != Fault::kNone) return fault;
+      return predict_by_constrained_multi_parallelogram(wrapped, parallelograms, data.creases);
+    }
     case Scheme::kTexCoords:
     case Scheme::kGeometricNormal: break;
   }

@@ -47,26 +47,9 @@ PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf
   take_all();
 }
 
-// Two symbols a step. There are about as many for each step of a traversal: half as many vertices as faces, and
-// three components each.
-template <bool kDirect>
-class SymbolPairSteps {
- public:
-  PSPLIT_HD explicit SymbolPairSteps(SymbolSteps<kDirect> symbols) : symbols_(symbols) {}
-  PSPLIT_HD uint32_t steps_left() const { return symbols_.steps_left() / 2; }
-  PSPLIT_HD void renew() { symbols_.renew(); }
-  PSPLIT_HD void step() {
-    symbols_.step();
-    symbols_.step();
-  }
-  PSPLIT_HD const SymbolSteps<kDirect>& symbols() const { return symbols_; }
-
- private:
-  SymbolSteps<kDirect> symbols_;
-};
-
 // Takes steps of a stream's traversals, two at most, and of its sequences of symbols, one after the other, in
-// turn, until there are no more of either.
+// turn, until there are no more of either. There are about two symbols for each step of a traversal: half as
+// many vertices as faces, and three components each.
 template <typename Index>
 PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<SymbolSequence> sequences) {
   using Traversal = DepthFirstTraversal<Index>;
@@ -82,7 +65,7 @@ PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<Sym
         if (count > 1) step_in_turn(*running[0], *running[1], symbols);
       if (count == 1) step_in_turn(*running[0], symbols);
     }
-    return symbols.symbols();
+    return symbols;
   };
   constexpr uint32_t kSequences = 16;
   SymbolSequence* longest[kSequences];
@@ -93,10 +76,39 @@ PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<Sym
     SymbolSequence& sequence = *longest[i];
     sequence.fill_buckets();
     if (sequence.is_direct())
-      sequence = step(SymbolPairSteps<true>(SymbolSteps<true>(sequence)));
+      sequence = step(SymbolPairSteps<true>(sequence));
     else
-      sequence = step(SymbolPairSteps<false>(SymbolSteps<false>(sequence)));
+      sequence = step(SymbolPairSteps<false>(sequence));
   }
+}
+
+// Takes the steps of all symbols and traversals, kInStep of a kind in turn. Those of each kind that are left
+// are then taken in turn with those of other kinds.
+template <typename Traversal, typename Decoder>
+PSPLIT_HD void take_chains(Decoder* const* decoders, uint32_t count) {
+  using Direct = SymbolSteps<true>;
+  using Wide = SymbolSteps<false>;
+  LeftRuns<Traversal> traversals;
+  LeftRuns<SymbolSequence> direct, wide;
+  const auto itself = [](auto& run) -> auto& { return run; };
+  for_runs<SymbolSequence>(
+      decoders, count, [](Decoder& decoder) { return decoder.sequences(); }, itself,
+      [&](SymbolSequence* const* runs, uint32_t run_count) {
+        for_tables(
+            runs, run_count, [&](auto* const* of, uint32_t n) { direct.template take_most<Direct>(of, n); },
+            [&](auto* const* of, uint32_t n) { wide.template take_most<Wide>(of, n); });
+      });
+  for_runs<Traversal>(
+      decoders, count, [](Decoder& decoder) { return decoder.traversals(); }, itself,
+      [&](Traversal* const* runs, uint32_t run_count) {
+        traversals.template take_most<Traversal>(runs, run_count);
+      });
+  step_left_in_turn<Traversal, SymbolPairSteps<true>>(traversals, direct);
+  step_left_in_turn<Traversal, SymbolPairSteps<false>>(traversals, wide);
+  step_left_in_turn<Direct, Wide>(direct, wide);
+  traversals.template finish<Traversal>();
+  direct.template finish<Direct>();
+  wide.template finish<Wide>();
 }
 
 // Takes steps of a stream's predictions in turn: of three kinds until one ends, then of two. One may be left.
@@ -157,8 +169,12 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
       using Run = DepthFirstTraversal<Index>;
       const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
       if (count == 1) step_chains(traversals(*decoders[0]), sequences(*decoders[0]));
-      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
-      for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
+      if constexpr (PSPLIT_IS_SMALL_CODE) {
+        for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
+        for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
+      } else {
+        take_chains<Run>(decoders, count);
+      }
       if constexpr (kHasCondensed)
         for_runs<TokenSequence>(
             decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.tokens; },

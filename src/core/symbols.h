@@ -137,9 +137,22 @@ class SymbolSteps : public SymbolSequence {
   uint32_t limit_ = 0;
 };
 
-// Takes the steps of all sequences, kRuns of them in turn. A device also finishes their symbols.
-template <uint32_t kRuns>
-PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
+// Two symbols a step.
+template <bool kDirect>
+class SymbolPairSteps : public SymbolSteps<kDirect> {
+ public:
+  using SymbolSteps<kDirect>::SymbolSteps;
+  PSPLIT_HD uint32_t steps_left() const { return SymbolSteps<kDirect>::steps_left() / 2; }
+  PSPLIT_HD void step() {
+    SymbolSteps<kDirect>::step();
+    SymbolSteps<kDirect>::step();
+  }
+};
+
+// Calls take_direct(runs, count) and take_wide(runs, count) for the sequences with tables of each kind.
+template <typename TakeDirect, typename TakeWide>
+PSPLIT_HD void for_tables(SymbolSequence* const* sequences, uint32_t count, TakeDirect take_direct,
+                          TakeWide take_wide) {
   constexpr uint32_t kMost = 16;
   SymbolSequence *direct[kMost] = {}, *wide[kMost] = {};
   for (uint32_t i = 0; i < count;) {
@@ -151,9 +164,15 @@ PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
       else
         wide[wide_count++] = sequences[i];
     }
-    step_all<kRuns, SymbolSteps<true>>(direct, direct_count);
-    step_all<kRuns, SymbolSteps<false>>(wide, wide_count);
+    take_direct(direct, direct_count);
+    take_wide(wide, wide_count);
   }
+}
+// Takes the steps of all sequences, kRuns of them in turn. A device also finishes their symbols.
+template <uint32_t kRuns>
+PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
+  for_tables(sequences, count, step_all<kRuns, SymbolSteps<true>, SymbolSequence>,
+             step_all<kRuns, SymbolSteps<false>, SymbolSequence>);
   // A device has threads for these, too.
   if constexpr (PSPLIT_MOVES_ROWS)
     for (uint32_t i = 0; i < count; ++i) sequences[i]->finish_symbols();

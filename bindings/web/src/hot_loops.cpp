@@ -51,12 +51,13 @@ template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool, bool);
 template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps<Index, 3>* const*, uint32_t);
 template void step_all<kInStep, ParallelogramSteps<Index, 2>>(ParallelogramSteps<Index, 2>* const*, uint32_t);
 template void step_normals(NormalSteps<Index>* const*, uint32_t);
-template Fault predict(const PredictedValues<Index, 0>&, const PredictionData&, Arena&);
+template Fault predict(const PredictedValues<Index, 0>&, const PredictionData&, ParallelogramFinder<Index>&,
+                       Arena&);
 template void step_created<kInStep>(CreatedValues<Index>* const*, uint32_t);
 template void CreatedValues<Index>::find_predictors(SerialLanes, const AttributeModel&, const Sequence<Index>&,
                                                     uint32_t);
-template Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 3>,
-                                                          const View<uint8_t> (&)[kMaxParallelograms], Arena&);
+template Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 3>, ParallelogramFinder<Index>,
+                                                          const View<uint8_t> (&)[kMaxParallelograms]);
 template Fault predict_from_positions(const PredictedValues<Index, 2>&, const Positions<Index>&,
                                       PredictionData&, Arena&);
 template void Patch<Index>::write_values(SerialLanes, const Attribute<Index>&, DataType,

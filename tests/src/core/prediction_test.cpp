@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <random>
 #include <tuple>
 
+#include "tests/src/core/clers_mesh.h"
 #include "tests/src/core/rans_encoder.h"
 #include "tests/src/core/small_mesh.h"
 
@@ -116,7 +118,9 @@ std::optional<int32_t> predicted_with_creases(uint16_t met, std::vector<uint8_t>
     Arena arena(memory.data(), memory.size());
     View<uint8_t> creases[kMaxParallelograms];
     creases[1] = {flags.data(), flags.size()};
-    fault = predict_by_constrained_multi_parallelogram(on, creases, arena);
+    ParallelogramFinder<uint16_t> parallelograms;
+    ASSERT_EQ(parallelograms.find(on.table, on.sequence, arena), Fault::kNone);
+    fault = predict_by_constrained_multi_parallelogram(on, parallelograms, creases);
   });
   return fault == Fault::kNone ? std::optional(predicted) : std::nullopt;
 }
@@ -149,7 +153,69 @@ TEST(Prediction, EveryParallelogramNeedsACreaseFlag) {
   uint8_t flag = 0;
   View<uint8_t> creases[kMaxParallelograms];
   creases[1] = {&flag, 1};
-  EXPECT_EQ(predict_by_constrained_multi_parallelogram(on, creases, arena), Fault::kPrediction);
+  ParallelogramFinder<uint16_t> parallelograms;
+  ASSERT_EQ(parallelograms.find(on.table, on.sequence, arena), Fault::kNone);
+  EXPECT_EQ(predict_by_constrained_multi_parallelogram(on, parallelograms, creases), Fault::kPrediction);
+}
+
+// A random mesh of some hundred faces, or null: most strings of letters are none.
+std::unique_ptr<ClersMesh> random_mesh(std::mt19937& random) {
+  static constexpr char kLetters[] = "CCCCCCCCRRRRRRRLLLES";
+  std::string letters = "E";
+  const size_t length = 20 + random() % 150;
+  while (letters.size() < length) letters += kLetters[random() % (sizeof kLetters - 1)];
+  auto mesh = std::make_unique<ClersMesh>(letters, std::vector<SplitEvent>(), 0, /*vertex_limit=*/300);
+  if (mesh->fault != Fault::kNone) return nullptr;
+  mesh->fill_holes();
+  return mesh;
+}
+
+// The values' order of a traversal, or any order in which each value is met at any corner of its vertex.
+Sequence<uint16_t> random_sequence(const Connectivity<uint16_t>& mesh, bool is_traversal, std::mt19937& random,
+                                   Arena& arena) {
+  Sequence<uint16_t> out;
+  if (!out.allocate(mesh.vertex_count, arena)) __builtin_trap();
+  if (is_traversal) {
+    const AttributeTable<uint16_t> table{mesh.table, mesh.closed, mesh.vertex_count, false};
+    EXPECT_EQ(traverse(table, random() % 2 == 0, arena, out), Fault::kNone);
+    return out;
+  }
+  std::vector<uint16_t> order(mesh.vertex_count);
+  for (uint16_t v = 0; v < order.size(); ++v) order[v] = v;
+  std::shuffle(order.begin(), order.end(), random);
+  for (uint16_t i = 0; i < order.size(); ++i) out.rank[order[i]] = i;
+  for (uint16_t corner = 0; corner < mesh.table.vertex.size(); ++corner) {
+    uint16_t& met = out.corner[out.rank[mesh.table.vertex[corner]]];
+    if (corner % 4 != 3 && (met / 4 >= mesh.counts.face_count || random() % 3 == 0 ||
+                            mesh.table.vertex[met] != mesh.table.vertex[corner]))
+      met = corner;
+  }
+  return out;
+}
+
+TEST(Prediction, ParallelogramsFromFacesAreThoseAroundTheVertex) {
+  std::mt19937 random(51);
+  std::array<uint32_t, kMaxParallelograms + 1> seen{};
+  for (uint32_t meshes = 0; meshes < 300;) {
+    const std::unique_ptr<ClersMesh> decoded = random_mesh(random);
+    if (decoded == nullptr) continue;
+    ++meshes;
+    const Connectivity<uint16_t>& mesh = decoded->mesh;
+    std::vector<uint8_t> memory(1 << 20);
+    Arena arena(memory.data(), memory.size());
+    PredictedValues<uint16_t, 1> on;
+    on.table = mesh.table;
+    on.sequence = random_sequence(mesh, meshes % 2 == 0, random, arena);
+    ParallelogramFinder<uint16_t> finder;
+    ASSERT_EQ(finder.find(on.table, on.sequence, arena), Fault::kNone);
+    for (uint32_t i = 0; i < on.sequence.count; ++i) {
+      const FoundParallelograms expected = find_parallelograms(on.table, on.sequence, i);
+      ASSERT_EQ(finder.count(i), expected.count);
+      for (uint32_t j = 0; j < expected.count; ++j) ASSERT_EQ(finder.across(i, j), expected.across[j]);
+      ++seen[expected.count];
+    }
+  }
+  for (const uint32_t count : seen) EXPECT_GT(count, 100u);
 }
 
 // The square in space, in four places a vertex.
