@@ -1,0 +1,257 @@
+// Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. What the shaders do not decode, and what is broken, goes through
+// the WebAssembly decoder. docs/webgpu.md has what goes which way.
+import { PsplitError } from './error.js';
+import { bytes_of, check_signal, make_job, or_abort } from './job.js';
+import { array_of } from './types.js';
+import { Batch, batches_of } from './webgpu/batch.js';
+import { ContainerPlan } from './webgpu/container_plan.js';
+import { Refusal } from './webgpu/refusal.js';
+import { code, stages } from './webgpu/shaders.js';
+
+export { PsplitError } from './error.js';
+
+const kStorageBuffers = 8, kMostMemory = 128 * 1024 * 1024, kStreamsPerGroup = 8;
+const failed = (message) => new PsplitError(message, 'failed');
+const bytes_of_type = (type) => array_of(type).BYTES_PER_ELEMENT;
+const float_of = (bits) => new Float32Array(Uint32Array.of(bits).buffer)[0];
+
+// Decoding by WebAssembly is loaded when it is needed.
+const decode_by_wasm = async (bytes, attributes) => (await import('./index.js')).decodeContainer(bytes, { attributes });
+
+async function make_pipelines(device, streams_per_group) {
+  const module = device.createShaderModule({ label: 'psplit', code });
+  const entry = (binding, type, hasDynamicOffset = false) => ({ binding, visibility: GPUShaderStage.COMPUTE, buffer: { type, hasDynamicOffset } });
+  const bind_group_layout = device.createBindGroupLayout({ entries: [...[0, 1, 2, 3].map((i) => entry(i, 'read-only-storage')),
+    ...[4, 5, 6, 7].map((i) => entry(i, 'storage')), entry(8, 'uniform', true)] });
+  const layout = device.createPipelineLayout({ bindGroupLayouts: [bind_group_layout] });
+  const pipelines = new Map(await Promise.all(stages.map(async ({ entry: entryPoint, by }) => {
+    const constants = by.startsWith('lanes') ? {} : { kStreamsPerGroup: streams_per_group };
+    return [entryPoint, await device.createComputePipelineAsync({ label: `psplit ${entryPoint}`, layout, compute: { module, entryPoint, constants } })];
+  })));
+  return { bind_group_layout, pipelines };
+}
+
+// A decoded mesh: buffers of the device, or without a device the arrays of WebAssembly.
+class GpuMesh {
+  #device;
+  #mesh;  // of WebAssembly, without a device
+
+  constructor(device, fields, mesh) {
+    this.#device = device;
+    this.#mesh = mesh;
+    Object.assign(this, fields);
+  }
+
+  async read() {
+    const { faceCount, pointCount } = this;
+    if (this.#mesh !== undefined) return this.#mesh;
+    const [indices, ...values] = await Promise.all([this.indices, ...this.attributes].map(({ buffer }) => read_buffer(this.#device, buffer)));
+    return { faceCount, pointCount, indices: new Uint32Array(indices, 0, 3 * faceCount), attributes: this.attributes.map((attribute, i) => {
+      const { name, uniqueId, type, componentCount, normalized, stride } = attribute, Type = array_of(type);
+      const width = stride / Type.BYTES_PER_ELEMENT, all = new Type(values[i], 0, width * pointCount);
+      const array = width === componentCount ? all : new Type(componentCount * pointCount);
+      if (width !== componentCount)
+        for (let k = 0; k < array.length; ++k) array[k] = all[Math.floor(k / componentCount) * width + (k % componentCount)];
+      return { name, uniqueId, type, componentCount, normalized, array };
+    }) };
+  }
+  destroy() {
+    for (const { buffer } of [this.indices, ...this.attributes]) buffer?.destroy();
+  }
+}
+
+async function read_buffer(device, source, offset = 0, size = source.size - offset) {
+  const buffer = device.createBuffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
+  try {
+    const encoder = device.createCommandEncoder();
+    encoder.copyBufferToBuffer(source, offset, buffer, 0, size);
+    device.queue.submit([encoder.finish()]);
+    await buffer.mapAsync(GPUMapMode.READ);
+    return buffer.getMappedRange().slice(0);
+  } finally {
+    buffer.destroy();
+  }
+}
+
+class GpuDecoder {
+  #device;
+  #options;
+  #lost = null;  // why
+  #decoder;      // what a batch needs
+
+  constructor(device, options, parts) {
+    this.#device = device;
+    this.#options = options;
+    if (device === null) return;
+    const { maxStorageBufferBindingSize, maxBufferSize } = device.limits, most_bytes = Math.min(maxStorageBufferBindingSize, maxBufferSize);
+    this.#decoder = { device, ...parts, most_bytes, most_memory: Math.min(most_bytes, options.memory ?? kMostMemory), streams_per_group: kStreamsPerGroup };
+    device.lost.then(({ reason, message }) => (this.#lost = message || reason));
+  }
+
+  get device() {
+    return this.#device;
+  }
+
+  async decode(data, options) {
+    const { attributes, as = 'float32', signal } = options ?? {};
+    check_signal(signal);
+    if (as !== 'float32' && as !== 'quantized') throw new PsplitError("the option `as` is neither 'float32' nor 'quantized'", 'invalid-input');
+    const is_list = Array.isArray(data), list = is_list ? data : [data];
+    const meshes = await this.#decode_all(list, list.map((_, i) => (is_list && Array.isArray(attributes?.[0]) ? attributes[i] : attributes)), as, signal);
+    return is_list ? meshes : meshes[0];
+  }
+
+  async #decode_all(list, requests, as, signal) {
+    const meshes = [], jobs = [];
+    try {
+      for (const [i, data] of list.entries()) {
+        const source = await or_abort(this.#source(data), signal), { attributes } = make_job('container', source.bytes, { attributes: requests[i] });
+        jobs.push({ ...source, attributes, plan: null, why: null });
+      }
+      if (this.#device !== null) await or_abort(this.#decode_on_device(jobs, as, meshes, signal), signal);
+      for (const [i, job] of jobs.entries()) meshes[i] ??= await or_abort(this.#decode_by_wasm(job), signal);
+      return meshes;
+    } catch (error) {
+      for (const mesh of meshes) mesh?.destroy();
+      throw error;
+    }
+  }
+
+  // Where the bytes of a container are. Those on the device are copied back once, because the host reads directory and stitch map.
+  async #source(data) {
+    const is_buffer = (value) => typeof GPUBuffer !== 'undefined' && value instanceof GPUBuffer;
+    const buffer = is_buffer(data) ? data : is_buffer(data?.buffer) ? data.buffer : undefined;
+    if (buffer === undefined) return { bytes: bytes_of(data) };
+    const { offset = 0, byteLength = buffer.size - offset } = data === buffer ? {} : data, front = offset % 4;
+    const bytes = await read_buffer(this.#device, buffer, offset - front, Math.ceil((front + byteLength) / 4) * 4);
+    return { bytes: new Uint8Array(bytes, front, byteLength), buffer, offset };
+  }
+
+  async #decode_on_device(jobs, as, meshes, signal) {
+    if (this.#lost !== null) return this.#give_up(`the GPU device was lost: ${this.#lost}`, jobs);
+    const { most_bytes, most_memory } = this.#decoder, plans = [];
+    for (const job of jobs) {
+      try {
+        job.plan = new ContainerPlan(job.bytes, job.attributes, as, most_memory / 4);
+        const { byte_count, result_words } = job.plan;
+        if (Math.max(byte_count + 8, 4 * result_words) > most_bytes) throw new Refusal('more bytes than a buffer of the device has');
+        plans.push(job.plan);
+      } catch (error) {
+        if (!(error instanceof Refusal)) throw error;
+        job.plan = null;
+        job.why = error.message;
+      }
+    }
+    for (const batch of batches_of(plans, most_bytes)) {
+      if (signal?.aborted) return;
+      const of_batch = jobs.filter(({ plan }) => batch.includes(plan));
+      try {
+        await this.#run(of_batch, jobs, meshes);
+      } catch (error) {
+        this.#give_up(error.message, of_batch);
+      }
+    }
+  }
+  // Leaves jobs to WebAssembly if the caller wants that.
+  #give_up(why, jobs) {
+    if (this.#options.fallback !== 'wasm') throw this.#lost === null && /memory/.test(why) ? new PsplitError(why, 'out-of-memory') : failed(why);
+    for (const job of jobs) job.why = why;
+  }
+
+  async #run(of_batch, jobs, meshes) {
+    const device = this.#device, taken = new Map(), batch = new Batch(this.#decoder, of_batch.map(({ plan }) => plan));
+    const scopes = ['internal', 'out-of-memory', 'validation'];
+    for (const filter of scopes) device.pushErrorScope(filter);
+    let errors, states, problem;
+    try {
+      const running = batch.run((plan) => of_batch.find((job) => job.plan === plan), (plan, copy) => taken.set(plan, this.#take_buffers(plan, copy)));
+      errors = scopes.map(() => device.popErrorScope());
+      states = await running;
+    } catch (error) {
+      problem = error;
+    } finally {
+      batch.destroy();
+    }
+    const found = (await Promise.all(errors ?? [])).find((error) => error !== null);
+    if (found !== undefined || problem !== undefined || this.#lost !== null) {
+      for (const buffers of taken.values()) for (const buffer of buffers) buffer.destroy();
+      await null;  // a loss is noticed first
+      throw failed(this.#lost !== null ? `the GPU device was lost: ${this.#lost}` : `the GPU failed: ${(found ?? problem).message}`);
+    }
+    for (const job of of_batch) {
+      const { plan } = job, buffers = taken.get(plan);
+      if (batch.is_fine(plan, states)) {
+        meshes[jobs.indexOf(job)] = new GpuMesh(device, mesh_of(plan, buffers, states));
+      } else {
+        for (const buffer of buffers) buffer.destroy();
+        job.why = 'the shaders do not decode it';
+      }
+    }
+  }
+  #take_buffers(plan, copy) {
+    const places = [[plan.indices, 3 * plan.face_count], ...plan.outputs.map(({ out, stride }) => [out, stride * plan.point_count])];
+    return places.map(([place, words], i) => {
+      const buffer = this.#result_buffer(4 * words, i === 0);
+      copy(buffer, place);
+      return buffer;
+    });
+  }
+  #result_buffer(size, is_index, mappedAtCreation = false) {
+    const { INDEX, VERTEX, STORAGE, COPY_SRC, COPY_DST } = GPUBufferUsage;
+    return this.#device.createBuffer({ size, usage: (is_index ? INDEX : VERTEX) | STORAGE | COPY_SRC | COPY_DST, mappedAtCreation });
+  }
+
+  async #decode_by_wasm({ bytes, attributes, why }) {
+    const mesh = await decode_by_wasm(bytes, attributes), { faceCount, pointCount } = mesh;
+    const upload = (array, componentCount, is_index) => {
+      if (this.#device === null || this.#lost !== null) return undefined;
+      const width = array.BYTES_PER_ELEMENT, stride = Math.ceil((width * componentCount) / 4) * 4;
+      const buffer = this.#result_buffer(Math.max((array.length / componentCount) * stride, 4), is_index, true), range = buffer.getMappedRange();
+      const out = new array.constructor(range, 0, Math.floor(range.byteLength / width)), step = stride / width;
+      if (step === componentCount) out.set(array);
+      else for (let k = 0; k < array.length; ++k) out[Math.floor(k / componentCount) * step + (k % componentCount)] = array[k];
+      buffer.unmap();
+      return buffer;
+    };
+    const fields = { way: 'wasm', why, faceCount, pointCount, indices: { buffer: upload(mesh.indices, 3, true), format: 'uint32', count: 3 * faceCount },
+      attributes: mesh.attributes.map(({ name, uniqueId, type, componentCount, normalized, array }) => ({ name, uniqueId, type, componentCount,
+        normalized, stride: Math.ceil((bytes_of_type(type) * componentCount) / 4) * 4, buffer: upload(array, componentCount, false) })) };
+    return new GpuMesh(this.#device, fields, fields.indices.buffer === undefined ? mesh : undefined);
+  }
+}
+
+// A container's mesh on the device.
+function mesh_of(plan, [indices, ...buffers], states) {
+  const attributes = plan.outputs.map(({ request, is_grid, stride, grids, bounds, is_bounded }, i) => {
+    const { name, uniqueId, type, componentCount, normalized = false } = request;
+    const attribute = { name, uniqueId, type: is_grid ? 'uint16' : type, componentCount, normalized, stride: 4 * stride, buffer: buffers[i] };
+    if (grids === undefined) return attribute;
+    const bits = states[grids], scale = float_of(states[grids + 1]), origin = Array.from({ length: componentCount }, (_, k) => float_of(states[grids + 2 + k]));
+    Object.assign(attribute, is_grid ? { bits, scale, origin } : {});
+    // To the bit what shaders write: a float times a float is exact in a double.
+    const value = (at, k) => Math.fround(Math.fround(Math.fround((states[at] ^ 0x80000000) | 0) * scale) + origin[k]);
+    if (is_bounded && plan.point_count > 0)
+      Object.assign(attribute, { min: [0, 1, 2].map((k) => value(bounds + k, k)), max: [0, 1, 2].map((k) => value(bounds + 3 + k, k)) });
+    return attribute;
+  });
+  return { way: 'gpu', faceCount: plan.face_count, pointCount: plan.point_count, attributes,
+    indices: { buffer: indices, format: 'uint32', count: 3 * plan.face_count } };
+}
+
+export async function createGpuDecoder(device, options) {
+  const { fallback, memory } = options ?? {};
+  if (fallback !== undefined && fallback !== 'wasm') throw new PsplitError("the option `fallback` is not 'wasm'", 'invalid-input');
+  const without = (why) => {
+    if (fallback !== 'wasm') throw failed(why);
+    return new GpuDecoder(null, { fallback });
+  };
+  if (device == null) return without('there is no GPU device');
+  const { maxStorageBuffersPerShaderStage, maxComputeInvocationsPerWorkgroup } = device.limits;
+  if (maxStorageBuffersPerShaderStage < kStorageBuffers || maxComputeInvocationsPerWorkgroup < 64)
+    return without(`the GPU device has ${maxStorageBuffersPerShaderStage} storage buffers for a shader, and ${maxComputeInvocationsPerWorkgroup} invocations for a group; 8 and 64 are needed`);
+  try {
+    return new GpuDecoder(device, { fallback, memory }, await make_pipelines(device, kStreamsPerGroup));
+  } catch (error) {
+    return without(`the GPU device does not compile the shaders: ${error.message}`);
+  }
+}

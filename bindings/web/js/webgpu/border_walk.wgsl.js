@@ -1,0 +1,151 @@
+// The border of a patch in walking order (src/core/border_walk.h), and the numbers of a stream's points in the mesh (stitch.h).
+export const border_walk = /* wgsl */ `
+fn successor_of(s: Stream) -> View { return View(s.scratch, s.point_count); }
+fn walk_of(s: Stream) -> View { return View(s.scratch + s.point_count, s.point_count); }
+
+var<workgroup> is_broken: atomic<u32>;
+var<workgroup> edges: atomic<u32>;
+
+// Takes the edge across from a corner, which has no face on its other side, or a face with other points.
+fn link_edge(s: Stream, opposite: View, point_at: View, corner: u32) {
+  let start = next(corner);
+  let a = load(point_at, start);
+  let b = load(point_at, previous(corner));
+  // The edge is inside the mesh if some face around a has it in the other direction.
+  var at = start;
+  for (var n = 0u; n < 3u * s.face_count; n++) {
+    if (load(point_at, previous(at)) == b) { return; }
+    at = swing_left(opposite, at);
+    if (at == kNone || at == start || load(point_at, at) != a) { break; }
+  }
+  if (load(successor_of(s), a) != kNone) { atomicStore(&is_broken, 1u); }
+  store(successor_of(s), a, b);
+  atomicAdd(&edges, 1u);
+}
+
+// All lanes of a group link the edges of a stream: a lane those of its vertices, so that no two write the same point.
+@compute @workgroup_size(kLanes)
+fn link_border(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+  let i = window.first + group.x;
+  let s = streams[i];
+  let is_due = is_fine(i) && s.has_walk != 0u;
+  let successor = successor_of(s);
+  for (var point = lane; is_due && point < s.point_count; point += kLanes) { store(successor, point, kNone); }
+  storageBarrier();
+  workgroupBarrier();
+  let opposite = opposite_of(s);
+  let point_at = point_at_of(s);
+  let vertex_count = state(i, kVertexCount);
+  for (var v = lane; is_due && v < vertex_count; v += kLanes) {
+    let edge = load(border_of(s), v);
+    let closed = is_closed(s, v);
+    if (s.data_count == 0u) {
+      if (!closed) { link_edge(s, opposite, point_at, edge); }
+      continue;
+    }
+    if (closed && !is_on_seam(s, v)) { continue; }
+    let first = previous(edge);
+    var at = first;
+    for (var n = 0u; n < 3u * s.face_count; n++) {
+      let corner = previous(at);
+      let across = load(opposite, corner);
+      let is_joined = across != kNone && load(point_at, previous(across)) == load(point_at, at) &&
+        load(point_at, next(across)) == load(point_at, next(at));
+      if (!is_joined) { link_edge(s, opposite, point_at, corner); }
+      at = swing_right(opposite, at);
+      if (at == kNone || at == first) { break; }
+    }
+  }
+  workgroupBarrier();
+  // So many edges are to be walked; none if two of them leave one point.
+  if (lane == 0u && is_due) { set_state(i, kWalkLength, select(atomicLoad(&edges), 0u, atomicLoad(&is_broken) != 0u)); }
+}
+
+// One thread walks the border of a stream, and numbers its points.
+@compute @workgroup_size(kStreamsPerGroup)
+fn number(@builtin(global_invocation_id) id: vec3u) {
+  if (id.x >= window.count) { return; }
+  let i = window.first + id.x;
+  let s = streams[i];
+  if (!is_fine(i)) { return; }
+  if (state(i, kPointCount) != s.point_count) {
+    fail(i);
+    return;
+  }
+  let walk = walk_of(s);
+  var length = 0u;
+  if (s.has_walk != 0u) { length = follow_border(s, state(i, kWalkLength)); }
+  if (!number_points_of(s, walk, length)) {
+    fail(i);
+    return;
+  }
+  let numbers = numbers_of(s);
+  for (var k = 0u; k < length; k++) {
+    let number = load(numbers, load(walk, k));
+    walks[s.walk + k] = select(kNone, number, number < s.mesh_points);
+  }
+  set_state(i, kWalkLength, length);
+}
+
+// Returns the length of the walk. It is 0 if the edges do not form loops.
+fn follow_border(s: Stream, edge_count: u32) -> u32 {
+  let successor = successor_of(s);
+  let walk = walk_of(s);
+  var length = 0u;
+  for (var start = 0u; start < s.point_count && length < edge_count; start++) {
+    if (load(successor, start) == kNone) { continue; }
+    var at = start;
+    loop {
+      let following = load(successor, at);
+      if (following == kNone || length == edge_count) { return 0u; }
+      store(walk, length, at);
+      length += 1u;
+      store(successor, at, kNone);
+      at = following;
+      if (at == start) { break; }
+    }
+  }
+  return length;
+}
+
+// A point's number becomes that in the mesh if the stream owns it, and the count of the mesh's points plus n if it is the n-th
+// reference. Resolves repeats. Returns false if the stitch map is broken.
+fn number_points_of(s: Stream, walk: View, length: u32) -> bool {
+  let numbers = numbers_of(s);
+  let references = references_of(s);
+  for (var point = 0u; point < s.point_count; point++) { store(numbers, point, kNone); }
+  var reference = 0u;
+  for (var r = 0u; r < s.run_count; r++) {
+    let run = s.runs + kRunWords * r;
+    let begin = plan[run];
+    let count = plan[run + 1u];
+    if (begin > length || count > length - begin) { return false; }
+    for (var k = 0u; k < count; k++) {
+      let point = load(walk, begin + k);
+      if (load(numbers, point) != kNone) { return false; }
+      store(numbers, point, s.mesh_points + reference);
+      reference += 1u;
+    }
+  }
+  let first_pair = reference;
+  for (var p = 0u; p < s.pair_count; p++) {
+    let point = plan[s.pairs + kPairWords * p];
+    if (point >= s.point_count || load(numbers, point) != kNone) { return false; }
+    store(numbers, point, s.mesh_points + reference);
+    reference += 1u;
+  }
+  var owned = s.first_point;
+  for (var point = 0u; point < s.point_count; point++) {
+    if (load(numbers, point) == kNone) {
+      store(numbers, point, owned);
+      owned += 1u;
+    }
+  }
+  for (var p = 0u; p < s.repeat_count; p++) {
+    let number = load(numbers, plan[s.pairs + kPairWords * p + 2u]);
+    if (number >= s.mesh_points) { return false; }
+    store(references, first_pair + p, number);
+  }
+  return true;
+}
+`;

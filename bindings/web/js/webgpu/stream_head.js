@@ -1,0 +1,125 @@
+// The parts of a Draco stream whose places are stored: everything before the entropy-coded values of its attributes. Draco bitstream
+// specification 2.2; the checks are those of src/core (draco_header.h, edgebreaker_decoder.h, rans.h, attributes.h).
+import { is_justified_stream } from './directory.js';
+import { refuse } from './refusal.js';
+
+export const kCodingRaw = 0, kCodingInteger = 1, kCodingQuantized = 2, kCodingNormal = 3;
+const kTypeBytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1], kFloat32 = 9, kUint32 = 6;
+
+// Reads bytes; all that ends early is refused.
+class Reader {
+  constructor(bytes, at, end) {
+    this.bytes = bytes;
+    this.at = at;
+    this.end = end;
+  }
+  u8() {
+    if (this.at >= this.end) refuse('a stream that ends early');
+    return this.bytes[this.at++];
+  }
+  #leb128(most_bytes) {
+    for (let i = 0, value = 0; i < most_bytes; ++i) {
+      const byte = this.u8();
+      value += (byte % 128) * 128 ** i;
+      if (byte < 128) return value;
+    }
+    return refuse('a number that is too long');
+  }
+  varint() {
+    return this.#leb128(5) % 2 ** 32;
+  }
+  varint64() {
+    return this.#leb128(10);
+  }
+  skip(count) {
+    if (count > this.end - this.at) refuse('a stream that ends early');
+    this.at += count;
+  }
+}
+
+// Bits of one probability: [probability of 1, place of the block, its bytes before the state, the state].
+function read_bits(reader) {
+  const kBase = 4096, probability = (256 - reader.u8()) & 255, length = reader.varint(), { bytes, at } = reader;
+  reader.skip(length);
+  if (length === 0) refuse('a broken block of bits');
+  const count = 1 + (bytes[at + length - 1] >> 6);
+  if (count > 3 || count > length) refuse('a broken block of bits');
+  let value = 0;
+  for (let i = 1; i <= count; ++i) value = (value << 8) | bytes[at + length - i];
+  const state = (value & ((1 << (8 * count - 2)) - 1)) + kBase;
+  if (state >= 256 * kBase) refuse('a broken block of bits');
+  return [probability, at, length - count, state];
+}
+
+// Split events: [source, split, whether it is the right edge], in order of the stream.
+function read_split_events(reader, count, symbol_count) {
+  const events = [];
+  for (let i = 0, source = 0; i < count; ++i) {
+    source += reader.varint();
+    const back = reader.varint();
+    if (source >= symbol_count || back > source) refuse('a broken split event');
+    events.push([symbol_count - 1 - source, symbol_count - 1 - source + back, 0]);
+  }
+  for (let i = 0; i < count; ++i) events[i][2] = (reader.bytes[reader.at + (i >> 3)] >> (i & 7)) & 1;
+  reader.skip((count + 7) >> 3);
+  return events;
+}
+
+function read_groups(reader, data_count) {
+  const kMostGroups = 129, count = reader.u8();
+  if (count > kMostGroups) refuse('too many groups of attributes');
+  let has_shared = false;
+  const groups = Array.from({ length: count }, () => {
+    const data = (reader.u8() << 24) >> 24, per_corner = reader.u8() !== 0, traversal = reader.u8();
+    if (traversal > 0) refuse('a traversal by prediction degree');
+    if (data < 0 ? per_corner || has_shared : data >= data_count) refuse('a broken group of attributes');
+    has_shared ||= data < 0;
+    return { data, per_corner, first: 0, count: 0 };
+  });
+  const seen = groups.map(({ data }) => data).filter((data) => data >= 0);
+  if (new Set(seen).size < seen.length) refuse('a broken group of attributes');
+  return groups;
+}
+
+function read_attributes(reader, groups) {
+  const kMostAttributes = 256, kSemantics = 5, kTypes = 11, attributes = [];
+  for (const [g, group] of groups.entries()) {
+    group.first = attributes.length;
+    group.count = reader.varint();
+    if (group.count === 0 || group.count + attributes.length > kMostAttributes) refuse('a broken group of attributes');
+    for (let i = 0; i < group.count; ++i) {
+      const semantic = reader.u8(), type = reader.u8(), components = reader.u8(), normalized = reader.u8() !== 0, unique_id = reader.varint();
+      if (semantic >= kSemantics || type === 0 || type > kTypes || components === 0) refuse('a broken attribute');
+      attributes.push({ group: g, semantic, type, components, normalized, unique_id, coding: 0, type_bytes: kTypeBytes[type] });
+    }
+    for (let i = group.first; i < attributes.length; ++i) {
+      const attribute = attributes[i], coding = (attribute.coding = reader.u8()), is_float = attribute.type === kFloat32;
+      if (coding > kCodingNormal || (coding === kCodingQuantized && !is_float) ||
+        (coding === kCodingNormal && (!is_float || attribute.components !== 3)) ||
+        (coding === kCodingInteger && attribute.type > kUint32)) refuse('a broken attribute');
+    }
+  }
+  return attributes;
+}
+
+/** The head of the stream in bytes [begin, end), with `face_count` faces. */
+export function read_stream_head(bytes, begin, end, face_count) {
+  const reader = new Reader(bytes, begin, end), kDraco = [68, 82, 65, 67, 79, 2, 2, 1];
+  for (const byte of kDraco) if (reader.u8() !== byte) refuse('not a Draco mesh of version 2.2');
+  if (reader.u8() !== 1) refuse('a sequential stream');
+  const flags = reader.u8() + 256 * reader.u8();
+  if (flags >= 0x8000) refuse('metadata');
+  if (reader.u8() !== 0) refuse('a valence traversal');
+  const vertex_count = reader.varint(), faces = reader.varint(), data_count = reader.u8(), symbol_count = reader.varint(),
+    split_symbol_count = reader.varint(), split_count = reader.varint();
+  const vertex_limit = vertex_count + split_symbol_count, kMostData = 128;
+  if (faces !== face_count || vertex_count > 3 * faces || symbol_count > faces ||
+    faces > symbol_count + Math.floor(symbol_count / 3) || split_symbol_count > symbol_count || split_count > faces ||
+    Math.floor((vertex_count * Math.max(vertex_count - 1, 0)) / 2) < Math.floor((3 * faces) / 2) || data_count > kMostData ||
+    !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
+  const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = reader.varint64(), symbols = reader.at;
+  reader.skip(symbol_bytes);
+  const start_faces = read_bits(reader), seams = Array.from({ length: data_count }, () => read_bits(reader));
+  const groups = read_groups(reader, data_count), attributes = read_attributes(reader, groups);
+  return { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body: reader.at };
+}
