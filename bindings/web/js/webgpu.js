@@ -109,10 +109,14 @@ class GpuDecoder {
         jobs.push({ ...source, attributes, plan: null, why: null });
       }
       if (this.#device !== null) await or_abort(this.#decode_on_device(jobs, as, meshes, signal), signal);
-      for (const [i, job] of jobs.entries()) meshes[i] ??= await or_abort(this.#decode_by_wasm(job), signal);
+      for (const [i, job] of jobs.entries()) {
+        // Of several containers, a broken one is not the others' failure.
+        const failure = (error) => (jobs.length > 1 && error.code !== 'aborted' ? error : Promise.reject(error));
+        meshes[i] ??= await or_abort(this.#decode_by_wasm(job), signal).catch(failure);
+      }
       return meshes;
     } catch (error) {
-      for (const mesh of meshes) mesh?.destroy();
+      for (const mesh of meshes) mesh?.destroy?.();
       throw error;
     }
   }
