@@ -12,7 +12,7 @@ import { code_of_page } from './page_code.mjs';
 test('npm packs these files', () => {
   const [{ files }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json'], { cwd: package_folder, stdio: ['ignore', 'pipe', 'ignore'] }));
   assert.deepEqual(files.map((file) => file.path).sort(), [
-    'LICENSE', 'README.md', 'docs/web.md',
+    'LICENSE', 'README.md', 'docs/web.md', 'docs/webgpu.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'draco/draco_encoder.d.ts', 'draco/draco_encoder.js', 'draco/draco_encoder.wasm', 'draco/encoder.md',
     'asset.d.ts', 'asset.js', 'babylon.d.ts', 'babylon.js',
@@ -22,6 +22,12 @@ test('npm packs these files', () => {
     'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'job_runner.js', 'module.js', 'node.js', 'package.json', 'part.js', 'pool.js', 'psplit.wasm', 'psplit_condensed.wasm', 'task.js', 'types.js', 'wasm.d.ts', 'worker.js',
     'three.d.ts', 'three.js',
+    'webgpu.d.ts', 'webgpu.js',
+    'webgpu/attributes.wgsl.js', 'webgpu/batch.js', 'webgpu/bit_string.js', 'webgpu/border_walk.wgsl.js', 'webgpu/connectivity.wgsl.js',
+    'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/floats.wgsl.js', 'webgpu/layout.js', 'webgpu/platform.wgsl.js',
+    'webgpu/prediction.wgsl.js', 'webgpu/rans.wgsl.js', 'webgpu/refusal.js', 'webgpu/seams.wgsl.js', 'webgpu/shaders.js',
+    'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js', 'webgpu/symbols.wgsl.js', 'webgpu/traversal.wgsl.js',
+    'webgpu/value_writer.wgsl.js',
     'three/container.js', 'three/draco_loader.js', 'three/load_streaming.js', 'three/psplit_plugin.js', 'three/stock_draco.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
@@ -30,7 +36,7 @@ test('npm packs these files', () => {
 
 test('links work from the package', () => {
   let count = 0;
-  for (const page of ['README.md', 'docs/web.md', 'draco/conformance.md', 'draco/encoder.md']) {
+  for (const page of ['README.md', 'docs/web.md', 'docs/webgpu.md', 'draco/conformance.md', 'draco/encoder.md']) {
     const text = readFileSync(path.join(package_folder, page), 'utf8');
     const anchors = [...text.matchAll(/^#+ (.*)$/gm)].map(([, heading]) => heading.toLowerCase().replace(/[^\w -]/g, '').replaceAll(' ', '-'));
     for (const [, link] of text.matchAll(/\]\(([^)]*)\)/g)) {
@@ -67,7 +73,7 @@ for (const [name, most] of [['psplit.wasm', 48200], ['psplit_condensed.wasm', 71
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 12100], ['worker.js', 5000], ['three.js', 12400], ['babylon.js', 11100], ['asset.js', 9900], ['gltf-transform.js', 12250], ['encode.js', 8700], ['encode_worker.js', 5000]])
+for (const [name, most] of [['index.js', 12100], ['worker.js', 5000], ['three.js', 12400], ['babylon.js', 11100], ['asset.js', 9900], ['gltf-transform.js', 12250], ['encode.js', 8700], ['encode_worker.js', 5000], ['webgpu.js', 25000]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

@@ -11,6 +11,7 @@ import { MeshoptDecoder } from 'meshoptimizer';
 import { PsplitMeshDracoPatches, createDecoder, decodeAhead, psplit as patches } from 'psplit/gltf-transform';
 import * as inline from 'psplit/inline';
 import { PsplitDracoLoader, PsplitPlugin, loadStreaming } from 'psplit/three';
+import { createGpuDecoder } from 'psplit/webgpu';
 import { BufferAttribute, BufferGeometry } from 'three';
 import { DRACOLoader } from 'three/addons/loaders/DRACOLoader.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -128,4 +129,16 @@ export async function stock_decoder(bytes: Uint8Array): Promise<[number, Float32
   // @ts-expect-error: draco3d has no such call
   decoder.DecodeMesh(bytes);
   return [mesh.num_faces(), array, [Int8Array.from({ length }, (_, i) => out.GetValue(i))]];
+}
+
+export async function on_a_gpu(device: unknown, bytes: Uint8Array): Promise<number> {
+  const decoder = await createGpuDecoder(device, { fallback: 'wasm', memory: 1 << 26 });
+  const mesh = await decoder.decode(bytes, { as: 'quantized', signal: new AbortController().signal });
+  const [, other] = await decoder.decode([bytes, { buffer: mesh.indices.buffer, byteLength: 4 }]);
+  if (other instanceof Error) throw other;
+  const { indices }: DecodedMesh = await mesh.read(), scale: number | undefined = other?.attributes[0]?.scale;
+  // @ts-expect-error: not a way to write values
+  await decoder.decode(bytes, { as: 'float16' });
+  mesh.destroy();
+  return indices.length + mesh.indices.count + (scale ?? 1);
 }

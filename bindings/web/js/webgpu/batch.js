@@ -1,8 +1,8 @@
 // Decodes a batch of containers on a device: buffers, dispatches, and the status that comes back at their end.
-import { Layout, kBoundsWords, kGridWords, kNone, kStateWords } from './layout.js';
+import { kBoundsWords, kGridWords, kNone, kStateWords, Layout } from './layout.js';
 import { stages } from './shaders.js';
 
-const kUniformBytes = 256, kLanesDispatched = 32768;  // streams of a window
+const kUniformBytes = 256;
 const in_words = (bytes) => Math.ceil(bytes / 4) * 4;
 // What shaders load together with the last byte.
 const kBeyond = 8;
@@ -33,7 +33,7 @@ export class Batch {
     this.#device = decoder.device;
     this.#plans = plans;
     const stream_count = plans.reduce((sum, plan) => sum + plan.stream_count, 0);
-    const layout = (this.#layout = new Layout(decoder.most_memory / 4, stream_count, kLanesDispatched));
+    const layout = (this.#layout = new Layout(decoder.most_memory / 4, stream_count));
     let at = 0;
     for (const plan of plans) {
       plan.bytes_at = at;
@@ -79,7 +79,6 @@ export class Batch {
     const uniform = this.#buffer(4 * windows.length, UNIFORM | COPY_DST, windows);
     const bind_group = device.createBindGroup({ layout: this.#decoder.bind_group_layout, entries: [
       ...storage.map((buffer, binding) => ({ binding, resource: { buffer } })), { binding: 8, resource: { buffer: uniform, size: 16 } }] });
-    this.dispatch_count = 0;
     const pass = encoder.beginComputePass();
     layout.windows.forEach(({ count }, i) => {
       pass.setBindGroup(0, bind_group, [kUniformBytes * i]);
@@ -109,7 +108,6 @@ export class Batch {
     pass.setPipeline(this.#decoder.pipelines.get(entry));
     const groups = by.startsWith('lanes') ? count : Math.ceil(count / this.#decoder.streams_per_group);
     pass.dispatchWorkgroups(groups, by === 'stream' ? 1 : most);
-    ++this.dispatch_count;
   }
 
   /** Whether the streams of a container decoded, and lie on one grid. */

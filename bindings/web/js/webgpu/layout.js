@@ -13,6 +13,8 @@ const kHeadFields = ['kCount', 'kScheme', 'kTransform', 'kKind', 'kAt', 'kSize',
   'kOrigin', 'kBits', 'kStep', 'kOrientations', 'kFlips'];
 const kHeadWords = kHeadFields.length + 3;  // kFlips has four
 const kGroupWords = 5, kDataWords = 2;
+// Groups of one dispatch.
+const kMostStreamsOfAWindow = 65535;
 export const kNone = 0xffffffff, kStateWords = 4, kGridWords = 6, kBoundsWords = 6;
 
 const struct = (name, fields) => `struct ${name} {${fields.map((field) => ` ${field}: u32`).join(',')} }\n`;
@@ -119,7 +121,7 @@ export class Layout {
   add_stream(head, row, { runs, pairs, repeat_count }, output) {
     const { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body } = head;
     let arranged = arrange(head, row, this.#used), window = this.windows.at(-1);
-    if (window === undefined || arranged.used > this.#most_memory) {
+    if (window === undefined || arranged.used > this.#most_memory || window.count === kMostStreamsOfAWindow) {
       arranged = arrange(head, row, 0);
       this.windows.push((window = { first: this.streams_added, count: 0 }));
     }
