@@ -33,15 +33,16 @@ export class BitString {
 
   // The next 32 bits; 0 past the end.
   #ahead() {
-    const bytes = this.#bytes, at = this.#byte, bit = this.#bit;
-    if (at + 5 > this.#end) return this.#ahead_at_end();
-    const low = bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
-    return (bit === 0 ? low : (low >>> bit) | (bytes[at + 4] << (32 - bit))) >>> 0;
-  }
-  #ahead_at_end() {
-    let ahead = 0;
-    for (let i = 0; i < 5 && this.#byte + i < this.#end; ++i) ahead += this.#bytes[this.#byte + i] * 2 ** (8 * i);
-    return Math.floor(ahead / 2 ** this.#bit) % 2 ** 32;
+    const bytes = this.#bytes, at = this.#byte, bit = this.#bit, left = this.#end - at;
+    let low, high;
+    if (left > 4) {
+      low = bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
+      high = bytes[at + 4];
+    } else {
+      high = 0;
+      low = (left > 0 ? bytes[at] : 0) | (left > 1 ? bytes[at + 1] << 8 : 0) | (left > 2 ? bytes[at + 2] << 16 : 0) | (left > 3 ? bytes[at + 3] << 24 : 0);
+    }
+    return (bit === 0 ? low : (low >>> bit) | (high << (32 - bit))) >>> 0;
   }
   #take(count) {
     const bit = this.#bit + count;

@@ -80,7 +80,7 @@ export class ContainerPlan {
   #read_stream(i, most_words) {
     const { stitch_at, stream_at } = this.directory, row = this.#row(i), runs = [], pairs = [];
     if (row.face_count > kMostFacesOfAStream) refuse('a stream of many faces');
-    const head = read_stream_head(this.#bytes, stream_at[i], stream_at[i + 1], row.face_count);
+    const head = read_stream_head(this.#bytes, stream_at[i], stream_at[i + 1], row.face_count, this.#heads.at(-1));
     if (stream_words(head, row) > most_words) refuse('a stream that takes much memory');
     const repeat_count = read_stitch_map(this.#bytes, stitch_at[i], stitch_at[i + 1], i, row.point_count, row.reference_count, runs, pairs);
     this.#heads.push(head);
@@ -101,16 +101,15 @@ export class ContainerPlan {
       if (output.coding === kCodingQuantized) output.grids = layout.take_states(kGridWords * this.stream_count);
       if (output.is_bounded) output.bounds = layout.take_states(kBoundsWords);
     }
-    const has_walk = directory.references.some((count) => count > 0) ? 1 : 0;
+    const has_walk = directory.references.some((count) => count > 0) ? 1 : 0, mesh_points = this.point_count, { indices } = this;
     for (let i = 0; i < this.stream_count; ++i) {
-      const head = this.#heads[i], at = (place) => place + bytes_at, bits_at = ([probability, place, ...rest]) => [probability, at(place), ...rest];
-      const moved = { ...head, symbols: at(head.symbols), body: at(head.body), start_faces: bits_at(head.start_faces), seams: head.seams.map(bits_at) };
-      const row = { ...this.#row(i), end: at(stream_at[i + 1]), first_face: first_faces[i], first_point: first_points[i],
-        mesh_points: this.point_count, has_walk, first_stream, indices: this.indices };
-      layout.add_stream(moved, row, this.#stitch[i], (attribute) => {
-        const output = this.outputs.find(({ request }) => request.uniqueId === attribute.unique_id);
+      const place_of_stream = { bytes_at, end: stream_at[i + 1] + bytes_at, first_face: first_faces[i], first_point: first_points[i], mesh_points,
+        has_walk, first_stream, indices };
+      const head = this.#heads[i];
+      layout.add_stream(head, this.#row(i), this.#stitch[i], place_of_stream, (attribute) => {
+        const k = this.attributes.findIndex(({ uniqueId }) => uniqueId === attribute.unique_id), output = this.outputs[k];
         // Of several attributes with this id, the first one is meant.
-        if (output === undefined || head.attributes.find(({ unique_id }) => unique_id === attribute.unique_id) !== attribute) return kNoOutput;
+        if (k < 0 || head.attributes.find(({ unique_id }) => unique_id === attribute.unique_id) !== attribute) return kNoOutput;
         return { out: output.out, out_bytes: output.out_bytes, stride: output.stride, is_grid: output.is_grid ? 1 : 0,
           grid: (output.grids ?? 0) + kGridWords * i, bounds: output.bounds ?? kNone };
       });

@@ -31,53 +31,57 @@ class Words {
   #words = new Uint32Array(1024);
   length = 0;
 
-  push(...words) {
-    this.reserve(words.length).set(words);
-  }
-  reserve(count) {
+  // A view of `count` more words.
+  #more(count) {
     if (this.length + count > this.#words.length) {
       const larger = new Uint32Array(2 * (this.length + count));
       larger.set(this.view());
       this.#words = larger;
     }
     this.length += count;
-    return this.#words.subarray(this.length - count, this.length);
+  }
+  /** Appends numbers, and returns the place of the first. */
+  append(numbers) {
+    const at = this.length;
+    this.#more(numbers.length);
+    const words = this.#words;
+    for (let i = 0; i < numbers.length; ++i) words[at + i] = numbers[i];
+    return at;
   }
   view() {
     return this.#words.subarray(0, this.length);
   }
 }
 
-// Where a stream has its arrays, from place `used` of a window on: { arrays, walks, values, used }. `walks` are by group, `values` by
-// attribute.
-function arrange({ symbol_count, vertex_limit, events, seams, groups, attributes }, { face_count, point_count, reference_count, stream_bytes }, used) {
-  const take = (words) => (used += words) - words;
-  const arrays = { opposite: take(4 * face_count), vertex: take(4 * face_count), border: take(2 * (vertex_limit + 3)) };
-  // Groups that have the mesh's table share one walk.
-  const first_shared = groups.findIndex(({ per_corner }) => !per_corner);
-  const is_walked = groups.map(({ per_corner }, g) => per_corner || g === first_shared);
-  const walk_words = face_count + 1 + Math.floor(face_count / 32) + 1;
-  // Of connectivity, walks and borders, one after the other.
-  arrays.scratch_count = Math.max((events.length > 0 ? 3 : 2) * (symbol_count + 1), is_walked.filter((is) => is).length * walk_words, 2 * point_count);
-  arrays.scratch = take(arrays.scratch_count);
-  arrays.numbers = take(point_count);
-  arrays.references = take(reference_count + 1);
-  arrays.point_at = take(seams.length > 0 ? 4 * face_count + 2 * point_count : 0);
-  arrays.cut = take(seams.length * (8 * face_count + point_count + kDataWords));
-  let walk = arrays.scratch;
-  const walks = is_walked.map((is) => (is ? { sequence: take(2 * point_count + 1), walk: (walk += walk_words) - walk_words } : { walk: kNone }));
-  for (const of_group of walks) of_group.sequence ??= walks[first_shared].sequence;
-  const values = attributes.map(({ coding, components }) => {
-    const value_components = coding === kCodingNormal ? 2 : components, value_room = point_count * value_components;
-    const slot_room = Math.min(value_room, stream_bytes), bucket_bits = value_room < 1024 ? 8 : 10, has_integers = coding !== kCodingRaw;
-    const room = (words) => take(has_integers ? words : 0);
-    return { value_components, value_room, slot_room, bucket_bits, head: take(kHeadWords), corrections: room(value_room), values: room(value_room),
-      slots: room(2 * slot_room + 2), buckets: room(1 << bucket_bits) };
-  });
-  return { arrays, walks, values, used };
+// Words of a walk over a group's table: the faces that wait, and a bit for each face.
+const walk_words = (face_count) => face_count + 1 + Math.floor(face_count / 32) + 1;
+// Groups that have the mesh's table share one walk.
+const first_shared = (groups) => groups.findIndex(({ per_corner }) => !per_corner);
+const walk_count = (groups) => groups.filter(({ per_corner }) => per_corner).length + (first_shared(groups) >= 0 ? 1 : 0);
+// Of connectivity, walks and borders, one after the other.
+const scratch_words = ({ symbol_count, events, groups }, { face_count, point_count }) =>
+  Math.max((events.length > 0 ? 3 : 2) * (symbol_count + 1), walk_count(groups) * walk_words(face_count), 2 * point_count);
+const point_words = ({ seams }, { face_count, point_count }) => (seams.length > 0 ? 4 * face_count + 2 * point_count : 0);
+const cut_words = ({ seams }, { face_count, point_count }) => seams.length * (8 * face_count + point_count + kDataWords);
+// Of an attribute: components of a value, values and symbols in one, slots of the table, bits of a bucket.
+const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
+const value_room = (attribute, { point_count }) => point_count * value_components(attribute);
+const slot_room = (values, { stream_bytes }) => Math.min(values, stream_bytes);
+const bucket_bits = (values) => (values < 1024 ? 8 : 10);
+function attribute_words(attribute, row) {
+  if (attribute.coding === kCodingRaw) return kHeadWords;
+  const values = value_room(attribute, row);
+  return kHeadWords + 2 * values + 2 * slot_room(values, row) + 2 + (1 << bucket_bits(values));
 }
+
 /** The words of memory that a stream takes. */
-export const stream_words = (head, row) => arrange(head, row, 0).used;
+export function stream_words(head, row) {
+  const { face_count, point_count, reference_count } = row;
+  let words = 8 * face_count + 2 * (head.vertex_limit + 3) + scratch_words(head, row) + point_count + reference_count + 1 + point_words(head, row) +
+    cut_words(head, row) + walk_count(head.groups) * (2 * point_count + 1);
+  for (const attribute of head.attributes) words += attribute_words(attribute, row);
+  return words;
+}
 
 /** What a batch of containers needs: records, and sizes of buffers. */
 export class Layout {
@@ -110,46 +114,63 @@ export class Layout {
   take_states(words) {
     return (this.state_words += words) - words;
   }
+  #take(words) {
+    return (this.#used += words) - words;
+  }
 
   /**
    * Adds a stream.
-   * @param {object} head of read_stream_head, with the places of bytes in the batch's buffer
-   * @param {object} row counts of the directory, and what the record has beside
+   * @param {object} head of read_stream_head
+   * @param {object} row counts of the directory
    * @param {{ runs: number[], pairs: number[], repeat_count: number }} references of read_stitch_map
+   * @param {object} place what its container gives it: bytes_at, end, first_face, first_point, mesh_points, has_walk, first_stream, indices
    * @param {(attribute: object) => object} output of an attribute: out, out_bytes, stride, is_grid, grid, bounds
    */
-  add_stream(head, row, { runs, pairs, repeat_count }, output) {
-    const { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body } = head;
-    let arranged = arrange(head, row, this.#used), window = this.windows.at(-1);
-    if (window === undefined || arranged.used > this.#most_memory || window.count === kMostStreamsOfAWindow) {
-      arranged = arrange(head, row, 0);
+  add_stream(head, row, { runs, pairs, repeat_count }, place, output) {
+    const { plan } = this, { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body } = head;
+    const { face_count, point_count, reference_count } = row, { bytes_at } = place, words = stream_words(head, row);
+    let window = this.windows.at(-1);
+    if (window === undefined || this.#used + words > this.#most_memory || window.count === kMostStreamsOfAWindow) {
       this.windows.push((window = { first: this.streams_added, count: 0 }));
+      this.#used = 0;
     }
-    const { arrays, walks, values, used } = arranged;
     ++window.count;
-    this.#used = used;
-    this.memory_words = Math.max(this.memory_words, used);
+    this.memory_words = Math.max(this.memory_words, this.#used + words);
     this.data_count = Math.max(this.data_count, seams.length);
     this.group_count = Math.max(this.group_count, groups.length);
     this.attribute_count = Math.max(this.attribute_count, attributes.length);
-    const listed = (numbers) => {
-      const place = this.plan.length;
-      this.plan.reserve(numbers.length).set(numbers);
-      return place;
-    };
-    const of_groups = groups.flatMap(({ data, per_corner, first, count }, g) =>
-      [per_corner ? data + 1 : 0, first, count, walks[g].sequence, walks[g].walk]);
-    const record = { ...row, ...arrays, symbol_count, vertex_limit, events: listed(events.flat()), event_count: events.length, symbols,
-      start_faces: listed(start_faces), seams: listed(seams.flat()), data_count: seams.length, body, groups: listed(of_groups),
-      group_count: groups.length, attributes: this.attributes.length / kAttributeFields.length, attribute_count: attributes.length,
-      walk: this.walk_words, runs: listed(runs), run_count: runs.length / kRunWords, pairs: listed(pairs), pair_count: pairs.length / kPairWords,
-      repeat_count };
-    this.walk_words += row.point_count;
-    this.streams.push(...kStreamFields.map((field) => record[field]));
-    const position = attributes.findIndex(({ semantic }) => semantic === 0);
-    for (const [i, attribute] of attributes.entries()) {
-      const of_attribute = { ...attribute, ...values[i], position: position >= 0 && position < i ? position + 1 : 0, ...output(attribute) };
-      this.attributes.push(...kAttributeFields.map((field) => of_attribute[field]));
+
+    const listed_bits = ([probability, at, size, state]) => plan.append([probability, at + bytes_at, size, state]);
+    const events_at = plan.length;
+    for (const event of events) plan.append(event);
+    const start_at = listed_bits(start_faces), seams_at = plan.length;
+    for (const bits of seams) listed_bits(bits);
+    const opposite = this.#take(4 * face_count), vertex = this.#take(4 * face_count), border = this.#take(2 * (vertex_limit + 3)),
+      scratch_count = scratch_words(head, row), scratch = this.#take(scratch_count), numbers = this.#take(point_count),
+      references = this.#take(reference_count + 1), point_at = this.#take(point_words(head, row)), cut = this.#take(cut_words(head, row));
+    const groups_at = plan.length, shared = first_shared(groups), walk_room = walk_words(face_count);
+    const shared_sequence = shared >= 0 ? this.#take(2 * point_count + 1) : 0;
+    let walk = scratch;
+    for (let g = 0; g < groups.length; ++g) {
+      const { data, per_corner, first, count } = groups[g], is_walked = per_corner || g === shared;
+      plan.append([per_corner ? data + 1 : 0, first, count, per_corner ? this.#take(2 * point_count + 1) : shared_sequence, is_walked ? walk : kNone]);
+      if (is_walked) walk += walk_room;
     }
+    // In the order of kStreamFields.
+    this.streams.append([face_count, point_count, reference_count, symbol_count, vertex_limit, events_at, events.length, symbols + bytes_at,
+      place.end, start_at, seams_at, seams.length, body + bytes_at, groups_at, groups.length, this.attributes.length / kAttributeFields.length,
+      attributes.length, opposite, vertex, border, scratch, scratch_count, numbers, references, point_at, cut, place.first_face, place.first_point,
+      place.mesh_points, place.has_walk, this.walk_words, plan.append(runs), runs.length / kRunWords, plan.append(pairs), pairs.length / kPairWords,
+      repeat_count, place.first_stream, place.indices]);
+    this.walk_words += point_count;
+    const position = attributes.findIndex(({ semantic }) => semantic === 0);
+    for (let i = 0; i < attributes.length; ++i) this.#add_attribute(attributes[i], row, position >= 0 && position < i ? position + 1 : 0, output(attributes[i]));
+  }
+  #add_attribute(attribute, row, position, { out, out_bytes, stride, is_grid, grid, bounds }) {
+    const { group, coding, components, type_bytes } = attribute, values = coding === kCodingRaw ? 0 : value_room(attribute, row);
+    const slots = slot_room(values, row), bits = bucket_bits(values), room = (words) => (coding === kCodingRaw ? 0 : this.#take(words));
+    // In the order of kAttributeFields.
+    this.attributes.append([group, coding, components, value_components(attribute), type_bytes, position, this.#take(kHeadWords), room(values),
+      room(values), values, room(2 * slots + 2), slots, room(1 << bits), bits, out, out_bytes, stride, is_grid, grid, bounds]);
   }
 }

@@ -102,10 +102,27 @@ function read_attributes(reader, groups) {
   return attributes;
 }
 
-/** The head of the stream in bytes [begin, end), with `face_count` faces. */
-export function read_stream_head(bytes, begin, end, face_count) {
-  const reader = new Reader(bytes, begin, end), kDraco = [68, 82, 65, 67, 79, 2, 2, 1];
-  for (const byte of kDraco) if (reader.u8() !== byte) refuse('not a Draco mesh of version 2.2');
+// Streams of one container mostly have the same groups and attributes, which are then read once.
+function read_descriptions(reader, data_count, last) {
+  const { bytes, at, end } = reader;
+  if (last !== undefined && last.seams.length === data_count && last.body - last.groups_at <= end - at) {
+    let i = last.body - last.groups_at - 1;
+    while (i >= 0 && bytes[at + i] === bytes[last.groups_at + i]) --i;
+    if (i < 0) return reader.skip(last.body - last.groups_at), last;
+  }
+  const groups = read_groups(reader, data_count);
+  return { groups, attributes: read_attributes(reader, groups) };
+}
+
+const kDraco = [68, 82, 65, 67, 79, 2, 2, 1];
+
+/**
+ * The head of the stream in bytes [begin, end), with `face_count` faces.
+ * @param {object} [last] the head of the stream before it
+ */
+export function read_stream_head(bytes, begin, end, face_count, last) {
+  const reader = new Reader(bytes, begin, end);
+  for (let i = 0; i < kDraco.length; ++i) if (reader.u8() !== kDraco[i]) refuse('not a Draco mesh of version 2.2');
   if (reader.u8() !== 1) refuse('a sequential stream');
   const flags = reader.u8() + 256 * reader.u8();
   if (flags >= 0x8000) refuse('metadata');
@@ -119,7 +136,8 @@ export function read_stream_head(bytes, begin, end, face_count) {
     !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
   const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = reader.varint64(), symbols = reader.at;
   reader.skip(symbol_bytes);
-  const start_faces = read_bits(reader), seams = Array.from({ length: data_count }, () => read_bits(reader));
-  const groups = read_groups(reader, data_count), attributes = read_attributes(reader, groups);
-  return { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body: reader.at };
+  const start_faces = read_bits(reader), seams = [];
+  for (let i = 0; i < data_count; ++i) seams.push(read_bits(reader));
+  const groups_at = reader.at, { groups, attributes } = read_descriptions(reader, data_count, last);
+  return { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, groups_at, body: reader.at };
 }
