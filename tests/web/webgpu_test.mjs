@@ -37,6 +37,14 @@ test('patches with seams, normals and references are those of WebAssembly', { sk
   mesh.destroy();
 });
 
+test('texture coordinates and normals that are predicted from positions, and values of other codings', { skip }, async () => {
+  for (const options of [['--encode-speed', '2'], ['--encode-speed', '4'], ['--encode-speed', '10'], ['--lossless'], ['--quantize-position', '20']]) {
+    const { bytes, attributes } = make_container(700, 300, ...options), mesh = await by_gpu(bytes, { attributes });
+    assert.equal(difference(await decodeContainer(bytes, { attributes }), await mesh.read()), undefined, options.join(' '));
+    mesh.destroy();
+  }
+});
+
 test('without attributes, those of the first patch are decoded', { skip }, async () => {
   const { bytes } = make_container(400, 200), expected = await decodeContainer(bytes), mesh = await by_gpu(bytes), found = await mesh.read();
   const described = ({ name, uniqueId, type, componentCount, normalized }) => ({ name, uniqueId, type, componentCount, normalized });
@@ -129,9 +137,9 @@ async function check_hostile(make, count) {
   return sum;
 }
 test('mutants have the verdict of the CPU', { skip }, async (t) => {
-  const samples = [make_container(200, 60), make_container(200, 60, '--encode-speed', '10')], random = random_numbers(7);
+  const samples = [make_container(200, 60), make_container(200, 60, '--encode-speed', '10'), make_container(200, 60, '--encode-speed', '3')], random = random_numbers(7);
   const sum = await check_hostile((i) => {
-    const { bytes, attributes } = samples[i % 2], mutant = bytes.slice();
+    const { bytes, attributes } = samples[i % samples.length], mutant = bytes.slice();
     for (let n = 1 + random(3); n > 0; --n) mutant[random(4) === 0 ? random(bytes.length) : 60 + random(bytes.length - 60)] ^= 1 << random(8);
     return { name: `mutant ${i}`, bytes: mutant, attributes };
   }, kMutants);

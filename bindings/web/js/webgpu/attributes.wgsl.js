@@ -65,6 +65,8 @@ fn read_bits(head: View, to: u32) -> bool {
   return state < 256u * kBase;
 }
 
+fn stored_bits(head: View, at: u32) -> Bits { return Bits(load(head, at), load(head, at + 1u), load(head, at + 2u), load(head, at + 3u)); }
+
 fn head_of(a: Attribute) -> View { return View(a.head, kHeadWords); }
 fn corrections_of(a: Attribute) -> View { return View(a.corrections, a.value_room); }
 fn values_of(a: Attribute) -> View { return View(a.values, a.value_room); }
@@ -123,6 +125,8 @@ fn read_attribute(s: Stream, a: Attribute, count: u32) -> bool {
       if (scheme != select(kSchemeGeometricNormal, kSchemeTexCoords, is_wrap) || a.position == 0u || a.value_components != 2u) {
         return false;
       }
+      let position = attributes[s.attributes + a.position - 1u];
+      if (position.coding == kCodingRaw || position.value_components != 3u) { return false; }
     }
   }
   store(head, kScheme, scheme);
@@ -130,7 +134,7 @@ fn read_attribute(s: Stream, a: Attribute, count: u32) -> bool {
   if (!read_symbols(a, count)) { return false; }
   if (scheme == kSchemeNone) { return true; }
   if (scheme == kSchemeTexCoords) {
-    let flags = varint(5u);
+    let flags = u32_();
     store(head, kOrientations, flags);
     if (flags > 3u * s.face_count || !read_bits(head, kFlips)) { return false; }
   }

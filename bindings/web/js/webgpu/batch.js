@@ -103,7 +103,9 @@ export class Batch {
   }
   #dispatch(pass, { entry, by, of = by }, count) {
     const { data_count, group_count, attribute_count } = this.#layout;
-    const most = { data: data_count, group: group_count, attribute: attribute_count, 'lanes of attribute': attribute_count }[of] ?? 1;
+    // The first attribute is not predicted from others.
+    const most = { data: data_count, group: group_count, attribute: attribute_count, 'lanes of attribute': attribute_count,
+      'other attribute': attribute_count > 1 ? attribute_count : 0 }[of] ?? 1;
     if (most === 0) return;
     pass.setPipeline(this.#decoder.pipelines.get(entry));
     const groups = by.startsWith('lanes') ? count : Math.ceil(count / this.#decoder.streams_per_group);

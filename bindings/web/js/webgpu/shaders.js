@@ -3,18 +3,22 @@ import { attributes } from './attributes.wgsl.js';
 import { border_walk } from './border_walk.wgsl.js';
 import { connectivity } from './connectivity.wgsl.js';
 import { floats } from './floats.wgsl.js';
+import { integers } from './integers.wgsl.js';
 import { records } from './layout.js';
+import { normals } from './normals.wgsl.js';
+import { octahedral } from './octahedral.wgsl.js';
 import { platform } from './platform.wgsl.js';
 import { prediction } from './prediction.wgsl.js';
 import { rans } from './rans.wgsl.js';
 import { seams } from './seams.wgsl.js';
 import { stitch } from './stitch.wgsl.js';
 import { symbols } from './symbols.wgsl.js';
+import { tex_coords } from './tex_coords.wgsl.js';
 import { traversal } from './traversal.wgsl.js';
 import { value_writer } from './value_writer.wgsl.js';
 
-export const code = [records, platform, rans, floats, connectivity, seams, traversal, attributes, symbols, prediction, border_walk, stitch,
-  value_writer].join('');
+export const code = [records, platform, rans, integers, floats, connectivity, seams, traversal, attributes, symbols, prediction, octahedral, normals,
+  tex_coords, border_walk, stitch, value_writer].join('');
 
 /**
  * The stages in the order in which they run. `by` says what a stage is dispatched for: a thread for each stream ('stream'), or for each
@@ -29,6 +33,7 @@ export const stages = [
   { entry: 'read_attributes', by: 'stream' },
   { entry: 'decode_symbols', by: 'attribute' },
   { entry: 'predict', by: 'attribute' },
+  { entry: 'predict_from_positions', by: 'attribute', of: 'other attribute' },
   { entry: 'link_border', by: 'lanes' },
   { entry: 'number', by: 'stream' },
   { entry: 'resolve', by: 'lanes' },
