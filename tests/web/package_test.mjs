@@ -24,10 +24,11 @@ test('npm packs these files', () => {
     'three.d.ts', 'three.js',
     'webgpu.d.ts', 'webgpu.js',
     'webgpu/attributes.wgsl.js', 'webgpu/batch.js', 'webgpu/bit_string.js', 'webgpu/border_walk.wgsl.js', 'webgpu/connectivity.wgsl.js',
-    'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/floats.wgsl.js', 'webgpu/layout.js', 'webgpu/platform.wgsl.js',
+    'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/floats.wgsl.js', 'webgpu/integers.wgsl.js', 'webgpu/layout.js',
+    'webgpu/multi_parallelogram.wgsl.js', 'webgpu/normals.wgsl.js', 'webgpu/octahedral.wgsl.js', 'webgpu/platform.wgsl.js',
     'webgpu/prediction.wgsl.js', 'webgpu/rans.wgsl.js', 'webgpu/refusal.js', 'webgpu/seams.wgsl.js', 'webgpu/shaders.js',
-    'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js', 'webgpu/symbols.wgsl.js', 'webgpu/traversal.wgsl.js',
-    'webgpu/value_writer.wgsl.js',
+    'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js', 'webgpu/symbols.wgsl.js', 'webgpu/tex_coords.wgsl.js',
+    'webgpu/traversal.wgsl.js', 'webgpu/value_writer.wgsl.js',
     'three/container.js', 'three/draco_loader.js', 'three/load_streaming.js', 'three/psplit_plugin.js', 'three/stock_draco.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);

@@ -121,7 +121,7 @@ fn read_attribute(s: Stream, a: Attribute, count: u32) -> bool {
     let is_wrap = a.coding != kCodingNormal;
     // Broken streams mean what they mean to libdraco, which is left to WebAssembly.
     if (is_wrap != (transform == kTransformWrap) || transform < kTransformWrap || transform > kTransformCanonicalized) { return false; }
-    if (scheme != kSchemeDifference && !(scheme == kSchemeParallelogram && is_wrap)) {
+    if (scheme != kSchemeDifference && !((scheme == kSchemeParallelogram || scheme == kSchemeParallelograms) && is_wrap)) {
       if (scheme != select(kSchemeGeometricNormal, kSchemeTexCoords, is_wrap) || a.position == 0u || a.value_components != 2u) {
         return false;
       }
@@ -133,6 +133,11 @@ fn read_attribute(s: Stream, a: Attribute, count: u32) -> bool {
   store(head, kTransform, transform);
   if (!read_symbols(a, count)) { return false; }
   if (scheme == kSchemeNone) { return true; }
+  for (var n = 0u; n < 4u && scheme == kSchemeParallelograms; n++) {
+    let flags = varint(5u);
+    store(head, kCreases + 5u * n, flags);
+    if (is_truncated || flags > 3u * s.face_count || (flags > 0u && !read_bits(head, kCreases + 5u * n + 1u))) { return false; }
+  }
   if (scheme == kSchemeTexCoords) {
     let flags = u32_();
     store(head, kOrientations, flags);

@@ -10,9 +10,10 @@ const kAttributeFields = ['group', 'coding', 'components', 'value_components', '
   'value_room', 'slots', 'slot_room', 'buckets', 'bucket_bits', 'out', 'out_bytes', 'stride', 'is_grid', 'grid', 'bounds'];
 // What the device finds out of an attribute.
 const kHeadFields = ['kCount', 'kScheme', 'kTransform', 'kKind', 'kAt', 'kSize', 'kRansState', 'kPrecision', 'kSlotCount', 'kLow', 'kHigh',
-  'kOrigin', 'kBits', 'kStep', 'kOrientations', 'kFlips'];
-const kHeadWords = kHeadFields.length + 3;  // kFlips has four
-const kGroupWords = 5, kDataWords = 2;
+  'kOrigin', 'kBits', 'kStep', 'kOrientations'];
+// Behind them a block of bits, which has four words, and for parallelograms four counts of flags with their blocks.
+const kFlips = kHeadFields.length, kCreases = kFlips + 4, kHeadWords = kCreases + 4 * 5;
+const kGroupWords = 6, kDataWords = 2;
 // Groups of one dispatch.
 const kMostStreamsOfAWindow = 65535;
 export const kNone = 0xffffffff, kStateWords = 4, kGridWords = 6, kBoundsWords = 6;
@@ -22,8 +23,8 @@ const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `c
 /** The records in WGSL, and the numbers that both sides share. Schemes and transforms are Draco's. */
 export const records = struct('Stream', kStreamFields) + struct('Attribute', kAttributeFields) +
   constants(Object.fromEntries(kHeadFields.map((name, i) => [name, i]))) +
-  constants({ kHeadWords, kGroupWords, kRunWords, kPairWords, kCodingRaw, kCodingInteger, kCodingQuantized, kCodingNormal,
-    kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeTexCoords: 5, kSchemeGeometricNormal: 6,
+  constants({ kFlips, kCreases, kHeadWords, kGroupWords, kRunWords, kPairWords, kCodingRaw, kCodingInteger, kCodingQuantized, kCodingNormal,
+    kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeParallelograms: 4, kSchemeTexCoords: 5, kSchemeGeometricNormal: 6,
     kTransformWrap: 1, kTransformCanonicalized: 3, kKindPlain: 0, kKindRaw: 1, kKindTagged: 2 });
 
 /** Words of 32 bits, as many as are appended. */
@@ -53,14 +54,18 @@ class Words {
   }
 }
 
-// Words of a walk over a group's table: the faces that wait, and a bit for each face.
-const walk_words = (face_count) => face_count + 1 + Math.floor(face_count / 32) + 1;
-// Groups that have the mesh's table share one walk.
-const first_shared = (groups) => groups.findIndex(({ per_corner }) => !per_corner);
-const walk_count = (groups) => groups.filter(({ per_corner }) => per_corner).length + (first_shared(groups) >= 0 ? 1 : 0);
+// The group whose walk a group has: groups that have the mesh's table share one for each kind of walk.
+const walker = (groups, g) => (groups[g].per_corner ? g : groups.findIndex(({ per_corner, by_degree }) => !per_corner && by_degree === groups[g].by_degree));
+const is_walked = (groups, g) => walker(groups, g) === g;
+const walk_count = (groups) => groups.reduce((count, _, g) => count + (is_walked(groups, g) ? 1 : 0), 0);
+// Words of a walk over a group's table: a bit for each face, and the faces that wait, in several stacks for a walk by prediction degree,
+// which also has the degree of each vertex.
+const walk_words = ({ by_degree }, { face_count, point_count }) =>
+  Math.floor(face_count / 32) + 1 + (by_degree ? 2 * (2 * face_count + 1) + point_count : face_count + 1);
+const all_walk_words = (groups, row) => groups.reduce((sum, group, g) => sum + (is_walked(groups, g) ? walk_words(group, row) : 0), 0);
 // Of connectivity, walks and borders, one after the other.
-const scratch_words = ({ symbol_count, events, groups }, { face_count, point_count }) =>
-  Math.max((events.length > 0 ? 3 : 2) * (symbol_count + 1), walk_count(groups) * walk_words(face_count), 2 * point_count);
+const scratch_words = ({ symbol_count, events, groups }, row) =>
+  Math.max((events.length > 0 ? 3 : 2) * (symbol_count + 1), all_walk_words(groups, row), 2 * row.point_count);
 const point_words = ({ seams }, { face_count, point_count }) => (seams.length > 0 ? 4 * face_count + 2 * point_count : 0);
 const cut_words = ({ seams }, { face_count, point_count }) => seams.length * (8 * face_count + point_count + kDataWords);
 // Of an attribute: components of a value, values and symbols in one, slots of the table, bits of a bucket.
@@ -148,13 +153,13 @@ export class Layout {
     const opposite = this.#take(4 * face_count), vertex = this.#take(4 * face_count), border = this.#take(2 * (vertex_limit + 3)),
       scratch_count = scratch_words(head, row), scratch = this.#take(scratch_count), numbers = this.#take(point_count),
       references = this.#take(reference_count + 1), point_at = this.#take(point_words(head, row)), cut = this.#take(cut_words(head, row));
-    const groups_at = plan.length, shared = first_shared(groups), walk_room = walk_words(face_count);
-    const shared_sequence = shared >= 0 ? this.#take(2 * point_count + 1) : 0;
+    const groups_at = plan.length, sequences = [];
     let walk = scratch;
     for (let g = 0; g < groups.length; ++g) {
-      const { data, per_corner, first, count } = groups[g], is_walked = per_corner || g === shared;
-      plan.append([per_corner ? data + 1 : 0, first, count, per_corner ? this.#take(2 * point_count + 1) : shared_sequence, is_walked ? walk : kNone]);
-      if (is_walked) walk += walk_room;
+      const { data, per_corner, by_degree, first, count } = groups[g], has_walk = is_walked(groups, g);
+      sequences.push(has_walk ? this.#take(2 * point_count + 1) : sequences[walker(groups, g)]);
+      plan.append([per_corner ? data + 1 : 0, first, count, sequences[g], has_walk ? walk : kNone, by_degree ? 1 : 0]);
+      if (has_walk) walk += walk_words(groups[g], row);
     }
     // In the order of kStreamFields.
     this.streams.append([face_count, point_count, reference_count, symbol_count, vertex_limit, events_at, events.length, symbols + bytes_at,

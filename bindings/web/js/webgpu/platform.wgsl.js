@@ -90,10 +90,10 @@ fn is_closed(s: Stream, vertex: u32) -> bool {
 }
 
 // A group of attributes: which data has its seams, and what it says of its values.
-struct Group { has_data: bool, data: u32, first: u32, count: u32, at: u32, walk: u32 }
+struct Group { has_data: bool, data: u32, first: u32, count: u32, at: u32, walk: u32, by_degree: bool }
 fn group_of(s: Stream, g: u32) -> Group {
   let at = s.groups + kGroupWords * g;
-  return Group(plan[at] > 0u, plan[at] - 1u, plan[at + 1u], plan[at + 2u], plan[at + 3u], plan[at + 4u]);
+  return Group(plan[at] > 0u, plan[at] - 1u, plan[at + 1u], plan[at + 2u], plan[at + 3u], plan[at + 4u], plan[at + 5u] != 0u);
 }
 // The table of a group, and its sequence: the corner at which a walk met each vertex, and the place of each vertex.
 struct Table { opposite: View, vertex: View, count: u32, corner: View, rank: View }

@@ -33,6 +33,8 @@ fn predict(@builtin(global_invocation_id) id: vec3u) {
     }
   } else if (a.coding == kCodingNormal) {
     if (scheme == kSchemeDifference) { correct_normals(a, table, count); }
+  } else if (scheme == kSchemeParallelograms) {
+    if (!predict_by_parallelograms(s, a, table, count)) { fail(i); }
   } else if (scheme == kSchemeDifference || scheme == kSchemeParallelogram) {
     let low = i32(load(head, kLow));
     let high = i32(load(head, kHigh));

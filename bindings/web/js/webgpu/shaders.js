@@ -5,6 +5,7 @@ import { connectivity } from './connectivity.wgsl.js';
 import { floats } from './floats.wgsl.js';
 import { integers } from './integers.wgsl.js';
 import { records } from './layout.js';
+import { multi_parallelogram } from './multi_parallelogram.wgsl.js';
 import { normals } from './normals.wgsl.js';
 import { octahedral } from './octahedral.wgsl.js';
 import { platform } from './platform.wgsl.js';
@@ -17,8 +18,8 @@ import { tex_coords } from './tex_coords.wgsl.js';
 import { traversal } from './traversal.wgsl.js';
 import { value_writer } from './value_writer.wgsl.js';
 
-export const code = [records, platform, rans, integers, floats, connectivity, seams, traversal, attributes, symbols, prediction, octahedral, normals,
-  tex_coords, border_walk, stitch, value_writer].join('');
+export const code = [records, platform, rans, integers, floats, connectivity, seams, traversal, attributes, symbols, prediction, multi_parallelogram, octahedral,
+  normals, tex_coords, border_walk, stitch, value_writer].join('');
 
 /**
  * The stages in the order in which they run. `by` says what a stage is dispatched for: a thread for each stream ('stream'), or for each

@@ -71,10 +71,10 @@ function read_groups(reader, data_count) {
   let has_shared = false;
   const groups = Array.from({ length: count }, () => {
     const data = (reader.u8() << 24) >> 24, per_corner = reader.u8() !== 0, traversal = reader.u8();
-    if (traversal > 0) refuse('a traversal by prediction degree');
+    if (traversal > 1 || (per_corner && traversal === 1)) refuse('an unknown traversal');
     if (data < 0 ? per_corner || has_shared : data >= data_count) refuse('a broken group of attributes');
     has_shared ||= data < 0;
-    return { data, per_corner, first: 0, count: 0 };
+    return { data, per_corner, by_degree: traversal === 1, first: 0, count: 0 };
   });
   const seen = groups.map(({ data }) => data).filter((data) => data >= 0);
   if (new Set(seen).size < seen.length) refuse('a broken group of attributes');
