@@ -24,11 +24,11 @@ test('npm packs these files', () => {
     'three.d.ts', 'three.js',
     'webgpu.d.ts', 'webgpu.js',
     'webgpu/attributes.wgsl.js', 'webgpu/batch.js', 'webgpu/bit_string.js', 'webgpu/border_walk.wgsl.js', 'webgpu/connectivity.wgsl.js',
-    'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/floats.wgsl.js', 'webgpu/integers.wgsl.js', 'webgpu/layout.js',
-    'webgpu/multi_parallelogram.wgsl.js', 'webgpu/normals.wgsl.js', 'webgpu/octahedral.wgsl.js', 'webgpu/platform.wgsl.js',
-    'webgpu/prediction.wgsl.js', 'webgpu/rans.wgsl.js', 'webgpu/refusal.js', 'webgpu/seams.wgsl.js', 'webgpu/shaders.js',
-    'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js', 'webgpu/symbols.wgsl.js', 'webgpu/tex_coords.wgsl.js',
-    'webgpu/traversal.wgsl.js', 'webgpu/value_writer.wgsl.js',
+    'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/edgebreaker_symbols.wgsl.js', 'webgpu/floats.wgsl.js',
+    'webgpu/integers.wgsl.js', 'webgpu/layout.js', 'webgpu/multi_parallelogram.wgsl.js', 'webgpu/normals.wgsl.js',
+    'webgpu/octahedral.wgsl.js', 'webgpu/platform.wgsl.js', 'webgpu/prediction.wgsl.js', 'webgpu/rans.wgsl.js', 'webgpu/refusal.js',
+    'webgpu/seams.wgsl.js', 'webgpu/shaders.js', 'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js',
+    'webgpu/symbols.wgsl.js', 'webgpu/tex_coords.wgsl.js', 'webgpu/traversal.wgsl.js', 'webgpu/value_writer.wgsl.js',
     'three/container.js', 'three/draco_loader.js', 'three/load_streaming.js', 'three/psplit_plugin.js', 'three/stock_draco.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
@@ -66,7 +66,7 @@ test('it exports what its types declare', () => {
   assert.deepEqual(Object.keys(psplit).sort(), [...declared].map(([, name]) => name).sort());
 });
 
-// Limits a little above the sizes, so that growth is seen. docs/web.md has the targets.
+// Limits a little above the sizes, so that growth is seen. docs/web.md has the targets. Of webgpu.js, index.js has 1.1 KB as well.
 const brotli = (contents) => brotliCompressSync(contents).length;
 for (const [name, most] of [['psplit.wasm', 48200], ['psplit_condensed.wasm', 71500], ['psplit_encoder.wasm', 197000], ['draco/draco_decoder.wasm', 33400], ['draco/draco_wasm_wrapper.js', 9550], ['draco/draco_encoder.wasm', 61600], ['draco/draco_encoder.js', 6050], ['inline.js', 104000]])
   test(`the size of ${name}`, () => {
@@ -74,7 +74,7 @@ for (const [name, most] of [['psplit.wasm', 48200], ['psplit_condensed.wasm', 71
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
-for (const [name, most] of [['index.js', 12100], ['worker.js', 5000], ['three.js', 12400], ['babylon.js', 11100], ['asset.js', 9900], ['gltf-transform.js', 12250], ['encode.js', 8700], ['encode_worker.js', 5000], ['webgpu.js', 25000]])
+for (const [name, most] of [['index.js', 12100], ['worker.js', 5000], ['three.js', 12400], ['babylon.js', 11100], ['asset.js', 9900], ['gltf-transform.js', 12250], ['encode.js', 8700], ['encode_worker.js', 5000], ['webgpu.js', 25600]])
   test(`the size of ${name} and what it imports, minified`, async () => {
     const bytes = brotli(await code_of_page(name));
     assert.ok(bytes < most, `${bytes} bytes in brotli`);

@@ -102,9 +102,9 @@ export class Batch {
     this.#device.queue.writeBuffer(buffer, at + whole, rest);
   }
   #dispatch(pass, { entry, by, of = by }, count) {
-    const { data_count, group_count, attribute_count } = this.#layout;
+    const { list_count, data_count, group_count, attribute_count } = this.#layout;
     // The first attribute is not predicted from others.
-    const most = { data: data_count, group: group_count, attribute: attribute_count, 'lanes of attribute': attribute_count,
+    const most = { list: list_count, data: data_count, group: group_count, attribute: attribute_count, 'lanes of attribute': attribute_count,
       'other attribute': attribute_count > 1 ? attribute_count : 0 }[of] ?? 1;
     if (most === 0) return;
     pass.setPipeline(this.#decoder.pipelines.get(entry));

@@ -1,12 +1,6 @@
 // Edgebreaker (src/core/edgebreaker.h, which draws its symbols): from a string of C, L, E, R and S to a corner table. One thread takes
 // the symbols of a stream.
 export const connectivity = /* wgsl */ `
-const kC = 0u;
-const kS = 1u;
-const kL = 3u;
-const kR = 5u;
-const kE = 7u;
-
 // What begins empty, by all lanes of a group for a stream.
 @compute @workgroup_size(kLanes)
 fn begin(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -49,12 +43,15 @@ fn add_all_faces(i: u32, s: Stream) -> bool {
   var there = 0u;  // and the one that it runs to
   var vertex_count = 0u;
   var degenerate = false;
-  var bit = 0u;
+  let has_lists = s.lists != kNone;
+  var symbols = start_symbols(s);
   for (var n = 0u; n < s.symbol_count; n++) {
-    let ahead = bits_at(s.symbols, bit, s.end);
-    let is_long = ahead & 1u;
-    bit += 1u + 2u * is_long;
-    let symbol = select(0u, ahead & 7u, is_long != 0u);
+    var symbol = kE;
+    if (!has_lists) {
+      symbol = next_standard(s, &symbols);
+    } else if (n > 0u) {
+      symbol = next_listed(s, &symbols, there);
+    }
     let c0 = 4u * n;
     let c1 = c0 + 1u;
     let c2 = c0 + 2u;
@@ -101,6 +98,7 @@ fn add_all_faces(i: u32, s: Stream) -> bool {
       v1 = load(vertex, next(b));
       v2 = here;
       if (load(opposite, b) != kNone || p == gone) { return false; }
+      if (has_lists) { grow(s, p, load(valences_of(s), gone)); }
       // Vertex "gone" becomes part of p. The corners of "gone" are a chain to the border.
       var at = next(active_edge);
       var across = load(opposite, previous(active_edge));
@@ -117,6 +115,8 @@ fn add_all_faces(i: u32, s: Stream) -> bool {
       merged_count += 1u;
       link(opposite, active_edge, c1);
       link(opposite, b, c2);
+    } else if (symbol != kE) {
+      return false;
     } else {
       if (n > 0u) {
         store(stack, stack_size, active_edge);
@@ -132,6 +132,7 @@ fn add_all_faces(i: u32, s: Stream) -> bool {
     store(vertex, c0, v0);
     store(vertex, c1, v1);
     store(vertex, c2, v2);
+    if (has_lists) { add_valences(s, symbol, v0, v1, v2); }
     degenerate = degenerate || v1 == v2;
     store(border, v2, c0);
     store(beyond, v2, v1);

@@ -5,7 +5,8 @@ import { kCodingInteger, kCodingNormal, kCodingQuantized, kCodingRaw } from './s
 const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
   'end', 'start_faces', 'seams', 'data_count', 'body', 'groups', 'group_count', 'attributes', 'attribute_count', 'opposite', 'vertex',
   'border', 'scratch', 'scratch_count', 'numbers', 'references', 'point_at', 'cut', 'first_face', 'first_point', 'mesh_points', 'has_walk',
-  'walk', 'runs', 'run_count', 'pairs', 'pair_count', 'repeat_count', 'first_stream', 'indices'];
+  'walk', 'runs', 'run_count', 'pairs', 'pair_count', 'repeat_count', 'first_stream', 'indices',
+  'lists', 'listed', 'valences'];
 const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
   'value_room', 'slots', 'slot_room', 'buckets', 'bucket_bits', 'out', 'out_bytes', 'stride', 'is_grid', 'grid', 'bounds'];
 // What the device finds out of an attribute.
@@ -49,6 +50,9 @@ class Words {
     for (let i = 0; i < numbers.length; ++i) words[at + i] = numbers[i];
     return at;
   }
+  set(at, word) {
+    this.#words[at] = word;
+  }
   view() {
     return this.#words.subarray(0, this.length);
   }
@@ -68,6 +72,9 @@ const scratch_words = ({ symbol_count, events, groups }, row) =>
   Math.max((events.length > 0 ? 3 : 2) * (symbol_count + 1), all_walk_words(groups, row), 2 * row.point_count);
 const point_words = ({ seams }, { face_count, point_count }) => (seams.length > 0 ? 4 * face_count + 2 * point_count : 0);
 const cut_words = ({ seams }, { face_count, point_count }) => seams.length * (8 * face_count + point_count + kDataWords);
+// Of a valence traversal: the symbols of its lists, and the valences of vertices.
+const listed_words = ({ lists, symbol_count }) => (lists.length > 0 ? symbol_count : 0);
+const valence_words = ({ lists, vertex_limit }) => (lists.length > 0 ? vertex_limit + 3 : 0);
 // Of an attribute: components of a value, values and symbols in one, slots of the table, bits of a bucket.
 const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
 const value_room = (attribute, { point_count }) => point_count * value_components(attribute);
@@ -83,7 +90,7 @@ function attribute_words(attribute, row) {
 export function stream_words(head, row) {
   const { face_count, point_count, reference_count } = row;
   let words = 8 * face_count + 2 * (head.vertex_limit + 3) + scratch_words(head, row) + point_count + reference_count + 1 + point_words(head, row) +
-    cut_words(head, row) + walk_count(head.groups) * (2 * point_count + 1);
+    cut_words(head, row) + listed_words(head) + valence_words(head) + walk_count(head.groups) * (2 * point_count + 1);
   for (const attribute of head.attributes) words += attribute_words(attribute, row);
   return words;
 }
@@ -99,7 +106,8 @@ export class Layout {
   memory_words = 0;
   walk_words = 0;
   result_words = 0;
-  data_count = 0;  // the most of a stream, also below
+  list_count = 0;  // the most of a stream, also below
+  data_count = 0;
   group_count = 0;
   attribute_count = 0;
 
@@ -132,7 +140,7 @@ export class Layout {
    * @param {(attribute: object) => object} output of an attribute: out, out_bytes, stride, is_grid, grid, bounds
    */
   add_stream(head, row, { runs, pairs, repeat_count }, place, output) {
-    const { plan } = this, { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, body } = head;
+    const { plan } = this, { symbol_count, vertex_limit, events, symbols, lists, start_faces, seams, groups, attributes, body } = head;
     const { face_count, point_count, reference_count } = row, { bytes_at } = place, words = stream_words(head, row);
     let window = this.windows.at(-1);
     if (window === undefined || this.#used + words > this.#most_memory || window.count === kMostStreamsOfAWindow) {
@@ -141,6 +149,7 @@ export class Layout {
     }
     ++window.count;
     this.memory_words = Math.max(this.memory_words, this.#used + words);
+    this.list_count = Math.max(this.list_count, lists.length);
     this.data_count = Math.max(this.data_count, seams.length);
     this.group_count = Math.max(this.group_count, groups.length);
     this.attribute_count = Math.max(this.attribute_count, attributes.length);
@@ -150,6 +159,10 @@ export class Layout {
     for (const event of events) plan.append(event);
     const start_at = listed_bits(start_faces), seams_at = plan.length;
     for (const bits of seams) listed_bits(bits);
+    // Places of the lists, and of their symbols.
+    const lists_at = lists.length > 0 ? plan.append(lists.map(() => 0)) : kNone, all = plan.length;
+    for (const [count, precision, at, ...rest] of lists) plan.append([count, precision, at + bytes_at, ...rest]);
+    lists.reduce((at, list, i) => (plan.set(lists_at + i, at), at + list.length), all);
     const opposite = this.#take(4 * face_count), vertex = this.#take(4 * face_count), border = this.#take(2 * (vertex_limit + 3)),
       scratch_count = scratch_words(head, row), scratch = this.#take(scratch_count), numbers = this.#take(point_count),
       references = this.#take(reference_count + 1), point_at = this.#take(point_words(head, row)), cut = this.#take(cut_words(head, row));
@@ -166,7 +179,7 @@ export class Layout {
       place.end, start_at, seams_at, seams.length, body + bytes_at, groups_at, groups.length, this.attributes.length / kAttributeFields.length,
       attributes.length, opposite, vertex, border, scratch, scratch_count, numbers, references, point_at, cut, place.first_face, place.first_point,
       place.mesh_points, place.has_walk, this.walk_words, plan.append(runs), runs.length / kRunWords, plan.append(pairs), pairs.length / kPairWords,
-      repeat_count, place.first_stream, place.indices]);
+      repeat_count, place.first_stream, place.indices, lists_at, this.#take(listed_words(head)), this.#take(valence_words(head))]);
     this.walk_words += point_count;
     const position = attributes.findIndex(({ semantic }) => semantic === 0);
     for (let i = 0; i < attributes.length; ++i) this.#add_attribute(attributes[i], row, position >= 0 && position < i ? position + 1 : 0, output(attributes[i]));

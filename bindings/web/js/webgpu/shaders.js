@@ -2,6 +2,7 @@
 import { attributes } from './attributes.wgsl.js';
 import { border_walk } from './border_walk.wgsl.js';
 import { connectivity } from './connectivity.wgsl.js';
+import { edgebreaker_symbols } from './edgebreaker_symbols.wgsl.js';
 import { floats } from './floats.wgsl.js';
 import { integers } from './integers.wgsl.js';
 import { records } from './layout.js';
@@ -18,15 +19,16 @@ import { tex_coords } from './tex_coords.wgsl.js';
 import { traversal } from './traversal.wgsl.js';
 import { value_writer } from './value_writer.wgsl.js';
 
-export const code = [records, platform, rans, integers, floats, connectivity, seams, traversal, attributes, symbols, prediction, multi_parallelogram, octahedral,
+export const code = [records, platform, rans, integers, floats, edgebreaker_symbols, connectivity, seams, traversal, attributes, symbols, prediction, multi_parallelogram, octahedral,
   normals, tex_coords, border_walk, stitch, value_writer].join('');
 
 /**
  * The stages in the order in which they run. `by` says what a stage is dispatched for: a thread for each stream ('stream'), or for each
- * data, group or attribute of each stream; or the lanes of a group for each stream ('lanes'), or for each of its attributes.
+ * list of symbols, data, group or attribute of each stream; or the lanes of a group for each stream ('lanes'), or for each of its attributes.
  */
 export const stages = [
   { entry: 'begin', by: 'lanes' },
+  { entry: 'decode_lists', by: 'list' },
   { entry: 'decode', by: 'stream' },
   { entry: 'cut', by: 'data' },
   { entry: 'number_points', by: 'stream', of: 'data' },

@@ -51,6 +51,52 @@ function read_bits(reader) {
   return [probability, at, length - count, state];
 }
 
+// The lists of symbols of a valence traversal, in the order of valences: [count, bits of precision, place of the block, its bytes before the
+// state, the state, slots...], with two words for each symbol that occurs, itself and its first number, and two more for the end. Tagged
+// lists have no stored end, and are hardly ever written.
+function read_symbol_lists(reader, symbol_count) {
+  const kLists = 6, kRaw = 1, kMostBits = 18, kMostSlots = 64, lists = [];
+  let left = symbol_count;
+  for (let i = 0; i < kLists; ++i) {
+    const count = reader.varint();
+    if ((left -= count) < 0) refuse('too many symbols');
+    if (count === 0) {
+      lists.push([0, 0, 0, 0, 0]);
+      continue;
+    }
+    if (reader.u8() !== kRaw) refuse('tagged lists of symbols');
+    const bits = reader.u8(), slots = [];
+    if (bits === 0 || bits > kMostBits) refuse('a broken table');
+    const precision = Math.min(Math.max(Math.floor((3 * bits) / 2), 12), 20), total = 2 ** precision, table = reader.varint();
+    let sum = 0;
+    for (let symbol = 0; symbol < table; ++symbol) {
+      const byte = reader.u8(), extra_bytes = byte % 4;
+      if (extra_bytes === 3) {  // this and some more do not occur
+        symbol += byte >> 2;
+        if (symbol >= table) refuse('a broken table');
+        continue;
+      }
+      let probability = byte >> 2;
+      for (let k = 0; k < extra_bytes; ++k) probability += reader.u8() * 2 ** (8 * k + 6);
+      if (probability === 0) continue;
+      slots.push(symbol, sum);
+      if ((sum += probability) > total || slots.length > 2 * kMostSlots) refuse('a broken table');
+    }
+    if (sum !== total) refuse('a broken table');
+    const length = reader.varint64(), { at, bytes } = reader;
+    reader.skip(length);
+    if (length === 0) refuse('a broken block of symbols');
+    const state_bytes = 1 + (bytes[at + length - 1] >> 6);
+    if (state_bytes > length) refuse('a broken block of symbols');
+    let value = 0;
+    for (let k = 1; k <= state_bytes; ++k) value = value * 256 + bytes[at + length - k];
+    const state = (value % 2 ** (8 * state_bytes - 2)) + 4 * total;
+    if (state >= 1024 * total) refuse('a broken block of symbols');
+    lists.push([count, precision, at, length - state_bytes, state, ...slots, 0, sum]);
+  }
+  return lists;
+}
+
 // Split events: [source, split, whether it is the right edge], in order of the stream.
 function read_split_events(reader, count, symbol_count) {
   const events = [];
@@ -126,7 +172,8 @@ export function read_stream_head(bytes, begin, end, face_count, last) {
   if (reader.u8() !== 1) refuse('a sequential stream');
   const flags = reader.u8() + 256 * reader.u8();
   if (flags >= 0x8000) refuse('metadata');
-  if (reader.u8() !== 0) refuse('a valence traversal');
+  const traversal = reader.u8(), kValence = 2;
+  if (traversal !== 0 && traversal !== kValence) refuse('an unknown traversal');
   const vertex_count = reader.varint(), faces = reader.varint(), data_count = reader.u8(), symbol_count = reader.varint(),
     split_symbol_count = reader.varint(), split_count = reader.varint();
   const vertex_limit = vertex_count + split_symbol_count, kMostData = 128;
@@ -134,10 +181,11 @@ export function read_stream_head(bytes, begin, end, face_count, last) {
     faces > symbol_count + Math.floor(symbol_count / 3) || split_symbol_count > symbol_count || split_count > faces ||
     Math.floor((vertex_count * Math.max(vertex_count - 1, 0)) / 2) < Math.floor((3 * faces) / 2) || data_count > kMostData ||
     !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
-  const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = reader.varint64(), symbols = reader.at;
+  const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = traversal === kValence ? 0 : reader.varint64(), symbols = reader.at;
   reader.skip(symbol_bytes);
   const start_faces = read_bits(reader), seams = [];
   for (let i = 0; i < data_count; ++i) seams.push(read_bits(reader));
+  const lists = traversal === kValence ? read_symbol_lists(reader, symbol_count) : [];
   const groups_at = reader.at, { groups, attributes } = read_descriptions(reader, data_count, last);
-  return { symbol_count, vertex_limit, events, symbols, start_faces, seams, groups, attributes, groups_at, body: reader.at };
+  return { symbol_count, vertex_limit, events, symbols, lists, start_faces, seams, groups, attributes, groups_at, body: reader.at };
 }
