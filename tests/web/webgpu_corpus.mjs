@@ -12,8 +12,9 @@ import { add, compare } from './webgpu_compare.js';
 import { createGpuDecoder, request_device, skip as no_gpu } from './webgpu_device.mjs';
 
 const folder = path.join(root, 'build/web/gpu');
-const kKinds = { default: ['--always-patches'], 440: ['--patch-faces', '440'], 1200: ['--patch-faces', '1200'] };
-const kBatchBytes = 30000, kFewBytes = 8000, kEach = 6;
+const kKinds = { default: ['--always-patches'], 440: ['--patch-faces', '440'], 1200: ['--patch-faces', '1200'],
+  slow: ['--always-patches', '--encode-speed', '3'] };
+const kBatchBytes = 30000, kFewBytes = 8000, kEach = 8;
 
 /** The reason why there is nothing to compare, or false. */
 export const skip = (corpus_folder === null && 'there is no corpus') || (gltf_psplit === null && 'there is no gltf-psplit');
