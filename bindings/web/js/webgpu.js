@@ -103,12 +103,13 @@ class GpuDecoder {
 
   async #decode_all(list, requests, as, signal) {
     const meshes = [], jobs = [];
+    let on_device = Promise.resolve();
     try {
       for (const [i, data] of list.entries()) {
         const source = await or_abort(this.#source(data), signal), { attributes } = make_job('container', source.bytes, { attributes: requests[i] });
         jobs.push({ ...source, attributes, plan: null, why: null });
       }
-      if (this.#device !== null) await or_abort(this.#decode_on_device(jobs, as, meshes, signal), signal);
+      if (this.#device !== null) await or_abort(on_device = this.#decode_on_device(jobs, as, meshes, signal), signal);
       for (const [i, job] of jobs.entries()) {
         // Of several containers, a broken one is not the others' failure.
         const failure = (error) => (jobs.length > 1 && error.code !== 'aborted' ? error : Promise.reject(error));
@@ -116,7 +117,8 @@ class GpuDecoder {
       }
       return meshes;
     } catch (error) {
-      for (const mesh of meshes) mesh?.destroy?.();
+      // What the device has begun goes on.
+      on_device.catch(() => {}).then(() => meshes.forEach((mesh) => mesh?.destroy?.()));
       throw error;
     }
   }
@@ -126,6 +128,7 @@ class GpuDecoder {
     const is_buffer = (value) => typeof GPUBuffer !== 'undefined' && value instanceof GPUBuffer;
     const buffer = is_buffer(data) ? data : is_buffer(data?.buffer) ? data.buffer : undefined;
     if (buffer === undefined) return { bytes: bytes_of(data) };
+    if (this.#device === null) throw failed('a buffer of a GPU, but no GPU device');
     const { offset = 0, byteLength = buffer.size - offset } = data === buffer ? {} : data, front = offset % 4;
     const bytes = await read_buffer(this.#device, buffer, offset - front, Math.ceil((front + byteLength) / 4) * 4);
     return { bytes: new Uint8Array(bytes, front, byteLength), buffer, offset };
