@@ -44,11 +44,13 @@ endif()
 message(STATUS "tinygltf plugin: ${PSPLIT_HAS_TINYGLTF}")
 if(PSPLIT_BUILD_ENCODER)
   find_package(nlohmann_json 3.10 REQUIRED)
-  # meshoptimizer: decodes buffer views that it compressed, simplifies meshes, and is a rival that `compare` measures.
+  # meshoptimizer, 0.18 or newer: decodes buffer views that it compressed, simplifies meshes, and is a rival that `compare` measures.
+  # -Dmeshoptimizer_ROOT=FOLDER, or CMAKE_PREFIX_PATH, finds a release that is installed there before the system's.
   add_library(psplit_meshoptimizer_package INTERFACE)
   if(PSPLIT_WITH_MESHOPTIMIZER)
     find_package(meshoptimizer REQUIRED)
     target_link_libraries(psplit_meshoptimizer_package INTERFACE meshoptimizer::meshoptimizer)
+    message(STATUS "meshoptimizer: ${meshoptimizer_VERSION} in ${meshoptimizer_DIR}")
   endif()
   # xxHash: file names made from content, and how `batch` recognizes what it made already. Its header is also its source,
   # for systems that have no library of it.
@@ -156,6 +158,21 @@ if(PSPLIT_BUILD_TOOLS)
     target_include_directories(psplit_zstd_package SYSTEM INTERFACE ${ZSTD_INCLUDE_DIR})
     target_link_libraries(psplit_zstd_package INTERFACE ${ZSTD_LIBRARY})
   endif()
+  # brotli 1.0.9: what web servers send instead of zstd; `compare` measures it if it is installed.
+  add_library(psplit_brotli_package INTERFACE)
+  set(PSPLIT_HAS_BROTLI OFF)
+  if(PSPLIT_WITH_MESHOPTIMIZER AND NOT PSPLIT_STATIC_COMMAND)
+    find_path(BROTLI_INCLUDE_DIR brotli/encode.h)
+    find_library(BROTLI_ENCODER_LIBRARY NAMES brotlienc)
+    find_library(BROTLI_DECODER_LIBRARY NAMES brotlidec)
+    if(BROTLI_INCLUDE_DIR AND BROTLI_ENCODER_LIBRARY AND BROTLI_DECODER_LIBRARY)
+      set(PSPLIT_HAS_BROTLI ON)
+      target_include_directories(psplit_brotli_package SYSTEM INTERFACE ${BROTLI_INCLUDE_DIR})
+      target_link_libraries(psplit_brotli_package INTERFACE ${BROTLI_ENCODER_LIBRARY} ${BROTLI_DECODER_LIBRARY})
+      target_compile_definitions(psplit_brotli_package INTERFACE PSPLIT_HAS_BROTLI)
+    endif()
+  endif()
+  message(STATUS "brotli in compare: ${PSPLIT_HAS_BROTLI}")
 endif()
 
 if(PSPLIT_BUILD_PYTHON)

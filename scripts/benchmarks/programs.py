@@ -4,16 +4,30 @@ import pathlib, platform, re, shlex, subprocess, sys
 root = pathlib.Path(__file__).resolve().parent.parent.parent
 
 
-def build(targets, *options):
-    """Builds programs of bench/ in build/bench, and returns their folder. `options` are CMake's."""
-    print("building build/bench", file=sys.stderr, flush=True)
+def build(targets, *options, folder="build/bench"):
+    """Builds programs of bench/ in `folder`, and returns their folder. `options` are CMake's."""
+    print(f"building {folder}", file=sys.stderr, flush=True)
     for command in (["scripts/setup", "--benchmarks"],
-                    ["cmake", "-S", ".", "-B", "build/bench", "-G", "Ninja", "-DPSPLIT_BUILD_BENCHMARKS=ON", *options],
-                    ["cmake", "--build", "build/bench", "--target", *targets]):
+                    ["cmake", "-S", ".", "-B", folder, "-G", "Ninja", "-DPSPLIT_BUILD_BENCHMARKS=ON", *options],
+                    ["cmake", "--build", folder, "--target", *targets]):
         done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode != 0:
             sys.exit(f"{shlex.join(command)} fails:\n{done.stdout[-4000:]}")
-    return root / "build/bench/bench"
+    return root / folder / "bench"
+
+
+def add_meshoptimizer_option(parser):
+    parser.add_argument("--meshoptimizer", type=pathlib.Path, action="append", default=[], metavar="FOLDER",
+                        help="also measure the meshoptimizer that is installed there, as by `cmake --install`; may be repeated")
+
+
+def builds_by_meshoptimizer(targets, prefixes):
+    """The folders of programs that are built with the system's meshoptimizer, and with each of those in `prefixes`."""
+    folders = [build(targets, "-DPSPLIT_CUDA=OFF")]
+    for number, prefix in enumerate(prefixes):
+        folders.append(build(targets, "-DPSPLIT_CUDA=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_BUILD_C=OFF",
+                             f"-Dmeshoptimizer_ROOT={prefix.resolve()}", folder=f"build/bench-meshoptimizer-{number + 1}"))
+    return folders
 
 
 def processor_name():

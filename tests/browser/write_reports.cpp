@@ -35,6 +35,7 @@ class RandomReport {
                            .draco = "1.5.5",
                            .meshoptimizer = "0.18",
                            .zstd = "1.5.4",
+                           .brotli = "1.0.9",
                            .compiler = "GCC 12.2.0",
                            .command_line = "gltf-psplit compare mesh.glb --repeat 5 --format html",
                            .date = "2026-01-02 03:04"};
@@ -51,6 +52,7 @@ class RandomReport {
     comparison.stock = comparison.stock_speeds[1];
     comparison.meshopt = {near(stock_bytes, 2), around(stock_ms / 10, 10)};
     comparison.meshopt_plain = {2 * comparison.meshopt.bytes, around(stock_ms / 20, 10)};
+    comparison.meshopt_brotli = {near(stock_bytes, 2), around(stock_ms / 8, 10)};
     for (const uint64_t patches : patch_counts) add_split(patches, threads, stock_bytes, stock_ms);
     report_.asset = {
         .meshes = 36 * comparison.faces, .textures = near(1e5, 100), .rest = 2345, .missing_images = 0};

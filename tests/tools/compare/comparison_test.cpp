@@ -1,5 +1,7 @@
 #include "tools/gltf_psplit/compare/comparison.h"
 
+#include <algorithm>
+
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/json/json.h"
 #include "psplit/document.h"
@@ -7,6 +9,7 @@
 #include "psplit/gltf.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/reproducible_meshes.h"
+#include "tools/gltf_psplit/compare/meshopt_rival.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
@@ -42,9 +45,8 @@ std::vector<Mesh> every_kind_of_mesh() {
           make_sheet(11, 12), make_sheet(10, 12)};
 }
 
-// The bytes that `encode --always-patches` writes of all primitives together, and their patches.
-std::pair<uint64_t, uint64_t> encoded_bytes(Document document, EncodeDocumentOptions options) {
-  options.patches.always = true;
+// The bytes that `encode` writes of all primitives together if it is asked for these patches, and their number.
+std::pair<uint64_t, uint64_t> encoded_bytes(Document document, const EncodeDocumentOptions& options) {
   const auto reports = must(encode_document(document, options, draco_backend(), ThreadPool(2)));
   std::pair<uint64_t, uint64_t> sums;
   for (const PrimitiveReport& report : reports) {
@@ -106,8 +108,8 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
         total = all;
       });
   ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
-  // Stock Draco at three speeds, meshoptimizer in two forms, and each split with two decoders and in stages.
-  EXPECT_EQ(total, 2u * (3 + 2 + 2 * (2 + 1)));
+  // Stock Draco at three speeds, each form of meshoptimizer, and each split with two decoders and in stages.
+  EXPECT_EQ(total, 2u * (3 + meshopt_forms().size() + 2 * (2 + 1)));
   EXPECT_EQ(done, total);
   EXPECT_EQ(comparison->faces, faces);
   EXPECT_EQ(comparison->points, points);
@@ -143,6 +145,38 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   EXPECT_LT(comparison->meshopt.bytes, comparison->meshopt_plain.bytes);
   EXPECT_GT(comparison->meshopt.decode.median_ms, 0);
   EXPECT_GT(comparison->meshopt_plain.decode.median_ms, 0);
+  ASSERT_EQ(comparison->meshopt_brotli.has_value(), !brotli_version().empty());
+  if (comparison->meshopt_brotli) {
+    EXPECT_LT(comparison->meshopt_brotli->bytes, comparison->meshopt_plain.bytes);
+    EXPECT_GT(comparison->meshopt_brotli->decode.median_ms, 0);
+  }
+}
+
+// A loader decodes the unsplit primitives of an asset in one call, in which the CPU backend takes several
+// streams in step. So they must reach the backend as stock streams, and together.
+TEST(Comparison, DecodesUnsplitMeshesTogetherAsStockStreams) {
+  const ThreadPool pool(1);
+  std::vector<Mesh> meshes;
+  for (uint32_t i = 0; i < 5; ++i) meshes.push_back(make_sheet(30 + i, 30));
+  ComparisonOptions options;
+  options.rules = {{.patches = 1}, {.patches = 1, .condense = true}};
+  options.thread_counts = {1};
+  options.repeat = 1;
+  std::vector<std::pair<size_t, size_t>> calls;  // tasks, and those of them that are stock streams
+  DecodeBackend counting = cpu_backend();
+  counting.decode_into = [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+                             const ThreadPool& threads, const Watch& watch) {
+    calls.emplace_back(tasks.size(), std::ranges::count_if(tasks, [](const DecodeTask& task) {
+                         return task.container->is_stock;
+                       }));
+    return cpu_backend().decode_into(tasks, buffers_for, threads, watch);
+  };
+  const auto comparison =
+      must(compare_codecs(read_all(document_of(meshes), {}), options, std::vector{counting}, pool));
+  using Calls = std::vector<std::pair<size_t, size_t>>;
+  EXPECT_EQ(calls, (Calls{{5, 5}, {5, 0}, {5, 5}, {5, 0}}));
+  EXPECT_EQ(comparison.splits[0].summary.directory_bytes, 0u);
+  EXPECT_EQ(comparison.splits[0].summary.total_bytes, comparison.stock.bytes);
 }
 
 // The system gives memory when it is first written. That is no part of a stage: decoding with memory that was

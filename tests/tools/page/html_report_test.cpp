@@ -39,6 +39,7 @@ ComparisonReport sample_report() {
                         .draco = "1.2.3",
                         .meshoptimizer = "0.99",
                         .zstd = "4.5.6",
+                        .brotli = "7.8.9",
                         .compiler = "cc 3",
                         .command_line = "gltf-psplit compare dragon.ply",
                         .date = "2026-01-02 03:04"};
@@ -51,6 +52,7 @@ ComparisonReport sample_report() {
   comparison.stock = comparison.stock_speeds[1];
   comparison.meshopt = {300004, timing(3.25)};
   comparison.meshopt_plain = {400005, timing(2.25)};
+  comparison.meshopt_brotli = {290006, timing(5.25)};
   for (const uint64_t patches : {3u, 40u, 500u, 6000u}) {
     SplitRow& row = comparison.splits.emplace_back();
     row.rule.patches = patches;
@@ -104,7 +106,7 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
   const size_t decoder_count = 6, split_count = splits.size();
 
   const std::string codecs = part_of(page, "<table id=\"codecs\"", "</table>");
-  EXPECT_EQ(count_of(codecs, "<tr>"), 1 + speeds.size() + 2 + split_count * decoder_count);
+  EXPECT_EQ(count_of(codecs, "<tr>"), 1 + speeds.size() + 3 + split_count * decoder_count);
   const std::string sizes = part_of(page, "<table id=\"sizes\"", "</table>");
   EXPECT_EQ(count_of(sizes, "<tr>"), 1 + speeds.size() + split_count);
   const std::string stages = part_of(page, "<table id=\"stage-times\"", "</table>");
@@ -119,6 +121,7 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
   }
   EXPECT_TRUE(has_cell(codecs, "300,004"));
   EXPECT_TRUE(has_cell(codecs, "400,005"));
+  EXPECT_TRUE(has_cell(codecs, "290,006"));
   for (const SplitRow& row : splits) {
     EXPECT_TRUE(has_cell(sizes, with_separators(row.summary.payload_bytes)));
     EXPECT_TRUE(has_cell(sizes, with_separators(row.summary.stitch_bytes)));
@@ -205,6 +208,7 @@ TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
   const std::string codecs = part_of(to_html(sample_report()), "<table id=\"codecs\"", "</table>");
   EXPECT_TRUE(contains(codecs, ">meshoptimizer 0.99<"));
   EXPECT_TRUE(contains(codecs, ">meshoptimizer 0.99 and zstd<"));
+  EXPECT_TRUE(contains(codecs, ">meshoptimizer 0.99 and brotli<"));
   // An old codec makes larger files than a current one, so the page says that it is old.
   ComparisonReport report = sample_report();
   EXPECT_TRUE(
@@ -231,7 +235,7 @@ TEST(HtmlReport, EscapesWhatFilesAndMachinesSay) {
       report.environment.compiler = evil;
   for (std::string* version :
        {&report.environment.psplit, &report.environment.draco, &report.environment.meshoptimizer,
-        &report.environment.zstd, &report.environment.date})
+        &report.environment.zstd, &report.environment.brotli, &report.environment.date})
     *version = evil;
   report.comparison.splits[0].decode[0].backend = evil;
   report.comparison.splits[0].stages[0].name = evil;

@@ -8,6 +8,7 @@
 #include "gltf_ext/convert/encode_job.h"
 #include "psplit/encode.h"
 #include "src/cpu/staged_decode.h"
+#include "tools/gltf_psplit/compare/decode_as_loader.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
@@ -35,6 +36,12 @@ std::vector<int> all_speeds(const ComparisonOptions& options) {
   return speeds;
 }
 
+MeshoptRow& row_of(Comparison& comparison, MeshoptForm form) {
+  if (form == MeshoptForm::kPlain) return comparison.meshopt_plain;
+  if (form == MeshoptForm::kZstd) return comparison.meshopt;
+  return comparison.meshopt_brotli ? *comparison.meshopt_brotli : comparison.meshopt_brotli.emplace();
+}
+
 // `mesh` is what encoders store of the job.
 Status encode_rivals(const EncodeJob& job, const Mesh& mesh, const EncodeDocumentOptions& coding,
                      const ThreadPool& pool, Encoded& encoded, Comparison& comparison) {
@@ -54,8 +61,7 @@ Status encode_rivals(const EncodeJob& job, const Mesh& mesh, const EncodeDocumen
   }
   Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, job.source.codings);
   if (!meshopt) return meshopt.status();
-  comparison.meshopt.bytes += meshopt->compressed.size();
-  comparison.meshopt_plain.bytes += meshopt->packed.size();
+  for (const MeshoptForm form : meshopt_forms()) row_of(comparison, form).bytes += meshopt->bytes(form).size();
   encoded.meshopt.push_back(std::move(*meshopt));
   return {};
 }
@@ -64,12 +70,13 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
                     std::span<const uint8_t> is_empty, const ThreadPool& pool, std::vector<EncodedMesh>& split,
                     SplitRow& row) {
   EncodeOptions options = apply_rule(coding, rule).of_meshes();
-  options.storage = Storage::kContainer;
   options.verify = false;
   const std::vector<uint32_t> counts = patch_counts(faces_of(jobs), options.patches);
-  options.patches.always = true;  // whatever they cost
   for (size_t i = 0; i < jobs.size(); ++i) {
     if (is_empty[i]) continue;
+    // Patches whatever they cost; without a cut, what encode_document writes.
+    options.patches.always = counts[i] > 1 || rule.condense;
+    options.storage = options.patches.always ? Storage::kContainer : Storage::kAsFits;
     MeshToEncode source = jobs[i].source;
     source.patch_count = counts[i];
     source.is_condensed_later = false;
@@ -85,13 +92,8 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
   return {};
 }
 
-Status decode_stock(std::span<const EncodedMesh> stock, const DecodeBackend& backend) {
-  const ThreadPool one(1);
-  for (const EncodedMesh& stream : stock) {
-    const Expected<Mesh> mesh = backend.decode(open_stream(stream.pieces[0].bytes), stream.requests, one);
-    if (!mesh) return mesh.status();
-  }
-  return {};
+Status decode_stock(std::span<const EncodedMesh> stock, const DecodeBackend& backend, const ThreadPool& one) {
+  return decode_as_loader(stock, backend, one).status();
 }
 
 Status decode_rival(const Encoded& encoded, MeshoptForm form) {
@@ -102,29 +104,24 @@ Status decode_rival(const Encoded& encoded, MeshoptForm form) {
   return {};
 }
 
-Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& summary,
-                    const DecodeBackend& backend, const ThreadPool& pool) {
-  uint64_t faces = 0, points = 0;
-  std::vector<DecodeTask> tasks;
-  std::vector<PatchContainer> containers;
+Status decode_split(std::span<const EncodedMesh> split, const DecodeBackend& backend, const ThreadPool& pool) {
+  const Expected<DecodedCounts> decoded = decode_as_loader(split, backend, pool);
+  if (!decoded) return decoded.status();
+  // A stock stream repeats points, so these are not those of the summary.
+  DecodedCounts stated;
   for (const EncodedMesh& mesh : split) {
-    Expected<PatchContainer> container = open_container(mesh.pieces[0].bytes);
-    if (!container) return container.status();
-    containers.push_back(std::move(*container));
+    stated.faces += mesh.pieces[0].face_count;
+    stated.points += mesh.pieces[0].point_count;
   }
-  for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], split[i].requests});
-  for (const Expected<Mesh>& mesh : backend.decode(tasks, pool, {})) {
-    if (!mesh) return mesh.status();
-    faces += mesh->faces.size();
-    points += mesh->point_count;
-  }
-  if (faces == summary.faces && points == summary.points) return {};
+  if (decoded->faces == stated.faces && decoded->points == stated.points) return {};
   return {StatusCode::kDiffers, "decoded faces and points are not those of the directory"};
 }
 
 Status decode_stages(std::span<const EncodedMesh> split, StageTimes& times) {
   for (const EncodedMesh& mesh : split) {
-    Expected<PatchContainer> container = open_container(mesh.pieces[0].bytes);
+    const EncodedPiece& piece = mesh.pieces[0];
+    Expected<PatchContainer> container =
+        piece.is_container ? open_container(piece.bytes) : open_stream(piece.bytes);
     if (!container) return container.status();
     StagedInput input(std::move(*container), mesh.requests);
     // The first stage would pay for all memory, of which the system gives each page when it is first written.
@@ -188,20 +185,19 @@ Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& opti
 std::vector<Contender> make_contenders(const Encoded& encoded, const Comparison& comparison,
                                        std::span<const DecodeBackend> backends,
                                        std::span<const std::unique_ptr<ThreadPool>> pools,
-                                       const DecodeBackend& stock_backend,
+                                       const DecodeBackend& stock_backend, const ThreadPool& one,
                                        std::vector<std::vector<StageTimes>>& stage_rounds) {
   std::vector<Contender> contenders;
   for (const std::vector<EncodedMesh>& stock : encoded.stock)
-    contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend); }});
-  for (const MeshoptForm form : {MeshoptForm::kZstd, MeshoptForm::kPlain})
+    contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend, one); }});
+  for (const MeshoptForm form : meshopt_forms())
     contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
     for (const DecodeBackend& backend : backends)
       for (const auto& decode_pool : pools)
         contenders.push_back({counted(comparison.splits[i].summary.patches, "patch"),
-                              [&encoded, &comparison, &backend, &threads = *decode_pool, i] {
-                                return decode_split(encoded.splits[i], comparison.splits[i].summary, backend,
-                                                    threads);
+                              [&split = encoded.splits[i], &backend, &threads = *decode_pool] {
+                                return decode_split(split, backend, threads);
                               }});
     contenders.push_back({"stages", [&split = encoded.splits[i], &rounds = stage_rounds[i]] {
                             return decode_stages(split, rounds.emplace_back());
@@ -218,8 +214,7 @@ void fill_timings(std::span<const Timing> timings, const ComparisonOptions& opti
     row.decode = *next++;
     if (row.speed == comparison.stock.speed) comparison.stock.decode = row.decode;
   }
-  comparison.meshopt.decode = *next++;
-  comparison.meshopt_plain.decode = *next++;
+  for (const MeshoptForm form : meshopt_forms()) row_of(comparison, form).decode = *next++;
   for (size_t i = 0; i < comparison.splits.size(); ++i) {
     SplitRow& row = comparison.splits[i];
     for (const DecodeBackend& backend : backends)
@@ -259,10 +254,11 @@ Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const Compa
   if (Status status = encode_all(jobs, options, pool, encoded, comparison); !status.ok()) return status;
   std::vector<std::unique_ptr<ThreadPool>> pools;
   for (const int threads : options.thread_counts) pools.push_back(std::make_unique<ThreadPool>(threads));
+  const ThreadPool one(1);
   const DecodeBackend stock_backend = draco_backend();
   std::vector<std::vector<StageTimes>> stage_rounds(encoded.splits.size());
   const std::vector<Contender> contenders =
-      make_contenders(encoded, comparison, backends, pools, stock_backend, stage_rounds);
+      make_contenders(encoded, comparison, backends, pools, stock_backend, one, stage_rounds);
   const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
   if (!timings) return timings.status();
   fill_timings(*timings, options, backends, stage_rounds, comparison);

@@ -1,6 +1,7 @@
 // Measures patches, stock Draco and meshoptimizer on the same meshes, in one run.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -70,9 +71,10 @@ struct SplitRow {
 // Sums over all meshes. Stock Draco and meshoptimizer decode on one thread, mesh after mesh.
 struct Comparison {
   uint64_t faces = 0, points = 0;
-  StockRow stock;                      // at coding.encode_speed; all ratios refer to it
-  std::vector<StockRow> stock_speeds;  // by ascending speed, including `stock`
-  MeshoptRow meshopt, meshopt_plain;   // with zstd, and without
+  StockRow stock;                            // at coding.encode_speed; all ratios refer to it
+  std::vector<StockRow> stock_speeds;        // by ascending speed, including `stock`
+  MeshoptRow meshopt, meshopt_plain;         // with zstd, and without
+  std::optional<MeshoptRow> meshopt_brotli;  // with brotli, if this build has it
   std::vector<SplitRow> splits;
 };
 
@@ -83,13 +85,14 @@ EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& 
 uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& coding,
                        const PatchRule& rule);
 
-// Measures what read_jobs read with options.coding. The containers are those that encode_document writes with
-// PatchTarget::always; stock Draco and meshoptimizer get the same codings and the mesh that is left once
-// duplicate points, degenerate faces and unused points are dropped. EncodeJobs of which no face is left are
-// skipped.
+// Measures what read_jobs read with options.coding. Meshes are stored as encode_document stores them if the
+// rule's number of patches is asked for: one that is not cut is a stock Draco stream, unless it is condensed.
+// Stock Draco and meshoptimizer get the same codings and the mesh that is left once duplicate points,
+// degenerate faces and unused points are dropped. EncodeJobs of which no face is left are skipped.
 //
-// Encodes once, with `pool`, and times decoding with measure_interleaved. kDiffers if the decoded faces and
-// points of a container are not those that its directory states. Needs libdraco (has_draco).
+// Encodes once, with `pool`, and times decoding with measure_interleaved: psplit's with decode_as_loader.
+// kDiffers if the decoded faces and points of a container are not those that its directory states. Needs
+// libdraco (has_draco).
 Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const ComparisonOptions& options,
                                     std::span<const DecodeBackend> backends, const ThreadPool& pool,
                                     const Progress& progress = {});

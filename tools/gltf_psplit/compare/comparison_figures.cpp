@@ -27,6 +27,12 @@ std::string ComparisonFigures::over_base(uint64_t bytes) const {
 bool ComparisonFigures::has_condensed() const {
   return std::ranges::any_of(comparison.splits, [](const SplitRow& row) { return row.rule.condense; });
 }
+std::vector<std::pair<std::string, const MeshoptRow*>> ComparisonFigures::meshopt_rows() const {
+  std::vector<std::pair<std::string, const MeshoptRow*>> rows{{"", &comparison.meshopt_plain},
+                                                              {"zstd", &comparison.meshopt}};
+  if (comparison.meshopt_brotli) rows.emplace_back("brotli", &*comparison.meshopt_brotli);
+  return rows;
+}
 std::string ComparisonFigures::stock_name(const StockRow& row) {
   return "stock Draco, speed " + std::to_string(row.speed);
 }

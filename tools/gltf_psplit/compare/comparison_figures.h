@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tools/gltf_psplit/compare/comparison_report.h"
 
@@ -20,6 +22,8 @@ class ComparisonFigures {
   double percent_of_base(uint64_t bytes) const;
   bool has_condensed() const;  // patches
   std::string base_name() const { return stock_name(base); }
+  // Rows of meshoptimizer with what compresses its bytes once more: "", "zstd", "brotli".
+  std::vector<std::pair<std::string, const MeshoptRow*>> meshopt_rows() const;
   // "meshoptimizer 0.18"
   std::string meshopt_name() const { return "meshoptimizer " + report.environment.meshoptimizer; }
 

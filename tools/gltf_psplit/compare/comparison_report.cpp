@@ -42,6 +42,7 @@ Json environment_json(const Environment& environment) {
           {"meshoptimizer", environment.meshoptimizer},
           {"meshoptimizer_codec", environment.meshopt_codec},
           {"zstd", environment.zstd},
+          {"brotli", environment.brotli.empty() ? Json() : Json(environment.brotli)},
           {"compiler", environment.compiler},
           {"command_line", environment.command_line},
           {"date", environment.date}};
@@ -127,10 +128,9 @@ std::string codecs_text(const ComparisonReport& report, bool wide) {
          per_point(row.bytes), row.speed == comparison.stock.speed ? "" : figures.over_base(row.bytes), "", "",
          "", with_decimals(row.encode_ms, 0)},
         "draco", 1, row.decode);
-  for (const auto& [name, row] :
-       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
-    add({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
-         per_point(row->bytes), figures.over_base(row->bytes), "", "", "", ""},
+  for (const auto& [with, row] : figures.meshopt_rows())
+    add({"meshopt " + report.environment.meshoptimizer + (with.empty() ? "" : " + " + with), "", "",
+         with_separators(row->bytes), per_point(row->bytes), figures.over_base(row->bytes), "", "", "", ""},
         "meshopt", 1, row->decode);
   for (const SplitRow& row : comparison.splits) {
     const PatchSummary& summary = row.summary;
@@ -169,7 +169,9 @@ std::string settings_text(const ComparisonOptions& options) {
 // "psplit 0.1.0 (g++ 12.2.0), libdraco ..."
 std::string versions_text(const Environment& environment) {
   return "psplit " + environment.psplit + " (" + environment.compiler + "), libdraco " + environment.draco +
-         ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
+         ", meshoptimizer " + environment.meshoptimizer + " with codec " +
+         std::to_string(environment.meshopt_codec) + ", zstd " + environment.zstd +
+         (environment.brotli.empty() ? "" : ", brotli " + environment.brotli);
 }
 
 std::string machine_text(const Environment& environment) {
@@ -203,6 +205,9 @@ Json to_json(const ComparisonReport& report) {
   for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
   result["meshopt"] = meshopt_json(comparison.meshopt, report.environment);
   result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain, report.environment);
+  result["meshopt_brotli"] = Json();
+  if (comparison.meshopt_brotli)
+    result["meshopt_brotli"] = meshopt_json(*comparison.meshopt_brotli, report.environment);
   result["splits"] = Json::array();
   for (const SplitRow& row : comparison.splits) {
     Json split{{"patches", row.summary.patches},

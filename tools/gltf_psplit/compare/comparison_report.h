@@ -15,6 +15,7 @@ struct Environment {
   int threads = 1;                                 // hardware threads
   std::string gpu;                                 // empty if there is none that this build can use
   std::string psplit, draco, meshoptimizer, zstd;  // versions
+  std::string brotli;                              // version; empty if this build has none
   int meshopt_codec = 0;                           // version of meshoptimizer's attribute codec
   std::string compiler;                            // that built psplit
   std::string command_line;                        // without the folders of files

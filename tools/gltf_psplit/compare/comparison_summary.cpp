@@ -181,6 +181,7 @@ void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& n
     look_at("stock Draco at speed " + std::to_string(row.speed), row.decode);
   look_at("meshoptimizer", comparison.meshopt_plain.decode);
   look_at("meshoptimizer and zstd", comparison.meshopt.decode);
+  if (comparison.meshopt_brotli) look_at("meshoptimizer and brotli", comparison.meshopt_brotli->decode);
   for (const SplitRow& row : comparison.splits)
     for (const DecodeRow& decode : row.decode)
       look_at(ComparisonFigures::patches_name(row) + " with " + decoder_text(decode), decode.timing);

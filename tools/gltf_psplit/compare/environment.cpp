@@ -65,6 +65,7 @@ Environment describe_environment(const std::string& version, const std::string& 
           .draco = draco_version(),
           .meshoptimizer = meshopt_version(),
           .zstd = zstd_version(),
+          .brotli = brotli_version(),
           .meshopt_codec = meshopt_codec_version(),
           .compiler = compiler(),
           .command_line = command_line,

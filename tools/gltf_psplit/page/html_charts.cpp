@@ -47,7 +47,8 @@ std::string tag_of(const SplitRow& row, const DecodeRow& decode, const std::stri
   return &decode == &fastest_decoder(row) ? tag : "";
 }
 
-// libdraco on patches is left out, unless it alone was timed: psplit's own decoders read the same bytes.
+// libdraco on patches is left out, unless it alone was timed: psplit's own decoders read the same bytes. So is
+// brotli, whose mark would be beside zstd's.
 XyChart size_against_speed(const ComparisonFigures& figures) {
   const Comparison& comparison = figures.comparison;
   XyChart chart{"size-speed",

@@ -105,6 +105,7 @@ std::string setting(const ComparisonReport& report) {
   add("meshoptimizer",
       environment.meshoptimizer + ", version " + std::to_string(environment.meshopt_codec) + " of its codec");
   add("zstd", environment.zstd);
+  if (!environment.brotli.empty()) add("brotli", environment.brotli);
   add("Draco speed", std::to_string(coding.encode_speed) +
                          " for patches, and for the stock Draco stream that all ratios refer to");
   add("Bits", coding.lossless ? "all: lossless"
@@ -158,7 +159,9 @@ std::string method(const ComparisonFigures& figures) {
                         ", which this build found. Releases from 0.23 on have a version 1, whose files are "
                         "smaller"
                   : "") +
-             ". zstd compresses at level 19. Meshoptimizer runs on one thread. Its decoded values stay "
+             ". zstd compresses at level 19" +
+             (figures.report.environment.brotli.empty() ? "" : ", brotli at quality 11") +
+             ". Meshoptimizer runs on one thread. Its decoded values stay "
              "quantized, as GPUs accept them; the other decoders produce floats where the input has floats.") +
          paragraph("Encoding ran once; patches were encoded on all threads. Overhead and speed-up refer to " +
                    figures.base_name() + ".") +

@@ -46,10 +46,9 @@ std::string codec_table(const ComparisonFigures& figures) {
   };
   for (const StockRow& row : figures.comparison.stock_speeds)
     add(figures.stock_name(row), "libdraco", 1, row.bytes, row.decode);
-  add(figures.meshopt_name(), "meshoptimizer", 1, figures.comparison.meshopt_plain.bytes,
-      figures.comparison.meshopt_plain.decode);
-  add(figures.meshopt_name() + " and zstd", "zstd, meshoptimizer", 1, figures.comparison.meshopt.bytes,
-      figures.comparison.meshopt.decode);
+  for (const auto& [with, row] : figures.meshopt_rows())
+    add(figures.meshopt_name() + (with.empty() ? "" : " and " + with),
+        (with.empty() ? "" : with + ", ") + "meshoptimizer", 1, row->bytes, row->decode);
   for (const SplitRow& row : figures.comparison.splits)
     for (const DecodeRow& decode : row.decode)
       add("psplit, " + figures.patches_name(row), decode.backend, decode.threads, row.summary.total_bytes,

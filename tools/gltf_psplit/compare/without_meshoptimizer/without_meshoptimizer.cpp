@@ -16,5 +16,7 @@ Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh&, MeshoptForm) { retur
 std::string meshopt_version() { return ""; }
 int meshopt_codec_version() { return 0; }
 std::string zstd_version() { return ""; }
+std::string brotli_version() { return ""; }
+std::span<const MeshoptForm> meshopt_forms() { return {}; }
 
 }  // namespace psplit

@@ -1,0 +1,134 @@
+"""What scripts/typical and scripts/rivals compute from the times and bytes of psplit, libdraco and meshoptimizer."""
+import math, statistics
+
+kForms = {"plain": "alone", "zstd": "zstd", "brotli": "brotli"}  # what compresses meshoptimizer's bytes once more
+kSmallFaces = 10000  # assets of fewer faces are small
+
+
+def mean(values):
+    """The geometric mean."""
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+def name_of(rival):
+    return f"{rival['version']}, codec {rival['codec']}"
+
+
+def merge(runs):
+    """One asset of the runs of several builds, which have different meshoptimizers: psplit and libdraco of the first, and in
+    `rivals`, for each meshoptimizer and form, psplit's time and bytes over its. Both are of one run."""
+    asset = {key: value for key, value in runs[0].items() if key != "meshoptimizer"}
+    asset["rivals"] = {}
+    for run in runs:
+        rival = run["meshoptimizer"]
+        asset["rivals"][name_of(rival)] = {form: {"time": run["psplit_ms"] / rival[form]["ms"], "bytes": run["bytes"] / rival[form]["bytes"]}
+                                           for form in kForms if form in rival}
+    return asset
+
+
+def is_small(asset):
+    return asset["faces"] < kSmallFaces
+
+
+def of_rival(assets, rival, form, what):
+    return [asset["rivals"][rival][form][what] for asset in assets if form in asset["rivals"].get(rival, {})]
+
+
+def rivals_of(assets):
+    """The names of all meshoptimizers, in the order of the builds."""
+    return list(dict.fromkeys(name for asset in assets for name in asset["rivals"]))
+
+
+def forms_of(assets, rival):
+    return [form for form in kForms if of_rival(assets, rival, form, "bytes")]
+
+
+def rival_rows(assets):
+    """For each meshoptimizer and form: names, and psplit's time and bytes over its: the means, the means of small assets, and how
+    many assets meshoptimizer makes smaller."""
+    small = [asset for asset in assets if is_small(asset)]
+    rows = []
+    for rival in rivals_of(assets):
+        for form in forms_of(assets, rival):
+            times, sizes = of_rival(assets, rival, form, "time"), of_rival(assets, rival, form, "bytes")
+            small_sizes = of_rival(small, rival, form, "bytes")
+            rows.append([rival, kForms[form], f"{mean(times):.2f}", f"{min(times):.2f}", f"{mean(sizes):.2f}",
+                         f"{mean(small_sizes):.2f}" if small_sizes else "", f"{sum(size > 1 for size in sizes)} of {len(sizes)}"])
+    return rows
+
+
+def where_the_rival_wins(assets):
+    """The first sentence of a page: of the newest meshoptimizer, with what makes its files smallest."""
+    rival = rivals_of(assets)[-1]
+    form = forms_of(assets, rival)[-1]
+    times, sizes = of_rival(assets, rival, form, "time"), of_rival(assets, rival, form, "bytes")
+    small = of_rival([asset for asset in assets if is_small(asset)], rival, form, "bytes")
+    smaller = sum(size > 1 for size in sizes)
+    which = f"meshoptimizer {rival.split(',')[0]}" + ("" if form == "plain" else f" with {form}")
+    faster = sum(time > 1 for time in times)
+    text = (f"{which} decodes faster than psplit in {faster} of {len(times)} assets, {min(times):.1f} to {max(times):.1f} times "
+            f"on one thread, and makes {smaller} of them smaller; psplit's streams take {mean(sizes):.2f} times its bytes")
+    return text + (f", and {mean(small):.2f} times where an asset has fewer than {kSmallFaces:,} faces." if small else ".")
+
+
+# ---- Assets in patches: what `gltf-psplit compare --format json` says ----
+
+def contenders(report):
+    """Of one report of `compare`: the rows of a table, as {name: (bytes, milliseconds on one thread, on several or None)}."""
+    stock = report["stock"]
+    rows = {f"libdraco, one stream a primitive, speed {stock['speed']}": (stock["bytes"], stock["decode_ms"], None)}
+    for split in report["splits"]:
+        ours = {row["threads"]: row["median_ms"] for row in split["decode"] if row["backend"] == "cpu"}
+        many = [ours[threads] for threads in ours if threads > 1]
+        rows[f"psplit, {split['patches']:,} patch{'' if split['patches'] == 1 else 'es'}"] = (split["bytes"], ours[1], min(many, default=None))
+    for form in kForms:
+        row = report.get({"plain": "meshopt_plain", "zstd": "meshopt", "brotli": "meshopt_brotli"}[form])
+        if row:
+            more = "" if form == "plain" else f", {form}"
+            rows[f"meshoptimizer {row['version']}, codec {row['codec_version']}{more}"] = (row["bytes"], row["decode_ms"], None)
+    return rows
+
+
+def spreads_of(report):
+    """How far half of the rounds of psplit's times differ, over the median."""
+    return [(row["upper_quartile_ms"] - row["lower_quartile_ms"]) / row["median_ms"] for split in report["splits"] for row in split["decode"]
+            if row["backend"] == "cpu"]
+
+
+def summarize(reports):
+    """Of several reports of one asset, by builds with different meshoptimizers and in several rounds, rows of a table: name, bytes,
+    bytes over stock Draco's, and milliseconds on one thread, over stock Draco's of the same report, and on several threads. Times
+    are medians of the reports; ratios are medians of the reports' ratios."""
+    rows = {}
+    for report in reports:
+        of_report = contenders(report)
+        stock = next(iter(of_report.values()))
+        for name, (size, one, many) in of_report.items():
+            row = rows.setdefault(name, {"bytes": size, "of_stock": size / stock[0], "one": [], "ratio": [], "many": []})
+            row["one"].append(one)
+            row["ratio"].append(one / stock[1])
+            if many is not None:
+                row["many"].append(many)
+    return [[name, f"{row['bytes']:,}", f"{100 * (row['of_stock'] - 1):+.1f} %", f"{statistics.median(row['one']):.2f}",
+             f"{statistics.median(row['ratio']):.2f}", f"{statistics.median(row['many']):.2f}" if row["many"] else ""]
+            for name, row in rows.items()]
+
+
+def newest_rival(reports):
+    """A sentence about the newest meshoptimizer, of the last report, with what makes its bytes fewest, beside the split of the first
+    one that is in more than one patch, or the only one."""
+    report = reports[-1]
+    splits = report["splits"]
+    split = next((split for split in splits if split["patches"] > 1), splits[0])
+    ours = contenders({**report, "splits": [split]})
+    rivals = {name: row for name, row in ours.items() if name.startswith("meshoptimizer")}
+    name = min(rivals, key=lambda name: rivals[name][0])
+    _, (size, one, _) = next((name, row) for name, row in ours.items() if name.startswith("psplit"))
+    times = []
+    for other in reports:
+        rows = contenders({**other, "splits": [next(s for s in other["splits"] if s["patches"] == split["patches"])]})
+        if name in rows:
+            times.append(next(row[1] for key, row in rows.items() if key.startswith("psplit")) / rows[name][1])
+    ratio, bytes_ratio = statistics.median(times), rivals[name][0] / size
+    many = "1 patch" if split["patches"] == 1 else f"{split['patches']:,} patches"
+    return (f"{name} decodes {ratio:.1f} times as fast as {many} of psplit on one thread, and takes {bytes_ratio:.2f} times the bytes.")
