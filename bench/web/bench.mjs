@@ -72,7 +72,7 @@ async function print_warm() {
     summary.forEach((of_mesh, i) => of_decoders[i].push(of_mesh));
     if (!is_generated(name)) continue;
     const bytes_of = (stored) => (stored === 'meshopt'
-      ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
+      ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd, ${count(mesh.meshopt.brotli_bytes)} with brotli)`
       : count(mesh[stored].bytes.length));
     console.log(`### ${title_of(name, mesh)}\n`);
     print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'],

@@ -20,6 +20,7 @@ const in_package = (name) => path.join(package_folder, name);
 const require_module = createRequire(path.join(modules_folder, 'package.json'));
 const load = (file) => import(pathToFileURL(file));
 const { array_of } = await load(in_package('types.js'));
+const { version: meshopt_version } = JSON.parse(readFileSync(in_modules('meshoptimizer/package.json'), 'utf8'));
 const of_three = in_modules('three/examples/jsm/libs/draco/gltf/');
 
 // By the calls that DRACOLoader makes.
@@ -65,7 +66,7 @@ const by_instance = (name, stored, kind, wasm = 'psplit.wasm') => ({ name, store
   } };
 } });
 
-const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', async create() {
+const meshoptimizer = { name: `meshopt_decoder ${meshopt_version}`, stored: 'meshopt', async create() {
   const { MeshoptDecoder } = await load(in_modules('meshoptimizer/meshopt_decoder.mjs'));
   await MeshoptDecoder.ready;
   return { run({ index_count, point_count, indices, streams }) {
@@ -144,7 +145,7 @@ export async function code_of_pages(rival_files) {
     ['draco3d 1.5.9 (for Node.js)', files(in_modules('draco3d-newest'), 'draco_decoder_nodejs.js', 'draco_decoder.wasm')],
     ["three's draco_decoder", files(of_three, 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
     ...(await rivals_of(rival_files)).map(({ name, code, folder }) => [name, files(folder, ...code)]),
-    ['meshopt_decoder', files(in_modules('meshoptimizer'), 'meshopt_decoder.mjs')],
+    [meshoptimizer.name, files(in_modules('meshoptimizer'), 'meshopt_decoder.mjs')],
     ['psplit/draco', files(in_package('draco'), 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
     ['psplit', [wasm, await code_of_page('index.js'), worker]],
     ['psplit/gltf, no workers', [wasm, await code_of_page('asset.js')]],

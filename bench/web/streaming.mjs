@@ -77,8 +77,10 @@ async function load(kind, url) {
   return { ...at, total };
 }
 
+// glTF-Transform writes EXT_meshopt_compression, whose codec is version 0.
+const { version: meshopt_version } = JSON.parse(readFileSync(path.join(modules_folder, 'node_modules/meshoptimizer/package.json'), 'utf8'));
 const [folder, round_count, ...speeds] = process.argv.slice(2), rounds = Number(round_count);
-const kWays = [["three's DRACOLoader", 'stock', 'whole'], ['meshopt_decoder, brotli', 'meshopt', 'whole'],
+const kWays = [["three's DRACOLoader", 'stock', 'whole'], [`meshoptimizer ${meshopt_version}, codec 0, brotli`, 'meshopt', 'whole'],
   ['PsplitPlugin', 'patches', 'patches'], ['loadStreaming', 'patches', 'streaming'], ['loadStreaming, condensed', 'condensed', 'streaming']];
 const names = readdirSync(folder).filter((file) => file.endsWith('.stock.glb')).map((file) => file.slice(0, -'.stock.glb'.length));
 
