@@ -143,10 +143,10 @@ struct SampleKind {
   int speed = 0;
   bool condensed = false;
 
+  std::string attributes() const { return all_attributes ? "positions+normals+texcoords" : "positions"; }
   std::string name() const {
-    return std::string(all_attributes ? "positions+normals+texcoords" : "positions") + "/" +
-           (patch_faces == 0 ? "whole" : std::to_string(patch_faces)) + "/speed" + std::to_string(speed) +
-           (condensed ? "/condensed" : "");
+    return attributes() + "/" + (patch_faces == 0 ? "whole" : std::to_string(patch_faces)) + "/speed" +
+           std::to_string(speed) + (condensed ? "/condensed" : "");
   }
   auto operator<=>(const SampleKind&) const = default;
 };

@@ -132,3 +132,46 @@ def newest_rival(reports):
     ratio, bytes_ratio = statistics.median(times), rivals[name][0] / size
     many = "1 patch" if split["patches"] == 1 else f"{split['patches']:,} patches"
     return (f"{name} decodes {ratio:.1f} times as fast as {many} of psplit on one thread, and takes {bytes_ratio:.2f} times the bytes.")
+
+
+# ---- First decodes: rounds of {decoder: a line of first_decode} ----
+
+kMoments = ("first_ms", "second_ms", "warm_ms", "woken_ms")
+
+
+def median_ratio(rounds, over, under, moment):
+    return statistics.median(of[over][moment] / of[under][moment] for of in rounds)
+
+
+def first_decode_rows(rounds):
+    """For each decoder: milliseconds, those of libdraco's of the same round, and page faults; all medians."""
+    return [[name, *(f"{statistics.median(of[name][moment] for of in rounds):.2f}" for moment in kMoments),
+             *(f"{median_ratio(rounds, name, 'libdraco', moment):.2f}" for moment in ("first_ms", "warm_ms", "woken_ms")),
+             f"{statistics.median(of[name]['faults'] for of in rounds):,.0f}"] for name in rounds[0]]
+
+
+def first_decode_findings(results):
+    """Sentences: first what the newest meshoptimizer gains, then what psplit gains over libdraco, and what threads cost."""
+    rival = list(next(iter(results.values()))[0])[-1]
+    ours, two = "psplit, 1 thread", "psplit, 2 threads"
+    gains = [median_ratio(rounds, ours, rival, "first_ms") for rounds in results.values()]
+    text = f"The first decode by {rival}, is {min(gains):.1f} to {max(gains):.1f} times as fast as psplit's on one thread."
+    over = {moment: [median_ratio(rounds, "libdraco", ours, moment) for rounds in results.values()] for moment in kMoments}
+    shares = [f"{min(over[moment]):.1f} to {max(over[moment]):.1f} times as fast {when}" for moment, when in
+              (("first_ms", "in the first decode of a process"), ("warm_ms", "warm"), ("woken_ms", "after a pause"))]
+    threads = [median_ratio(rounds, two, ours, "first_ms") for rounds in results.values()]
+    return [text, f"psplit on one thread is, over libdraco, {shares[0]}, {shares[1]}, and {shares[2]}.",
+            f"With two threads, which the first decode starts, it takes {min(threads):.2f} to {max(threads):.2f} times the time of one."]
+
+
+def first_decode_spreads(results):
+    """How far half of psplit's first and warm times differ, over the median."""
+    spreads = []
+    for rounds in results.values():
+        for name in rounds[0]:
+            for moment in ("first_ms", "warm_ms"):
+                times = [of[name][moment] for of in rounds]
+                if name.startswith("psplit") and len(times) > 1:
+                    low, middle, high = statistics.quantiles(times, n=4, method="inclusive")
+                    spreads.append((high - low) / middle)
+    return spreads

@@ -78,6 +78,35 @@ class Patches(unittest.TestCase):
             self.assertAlmostEqual(spread, 0.3)
 
 
+class FirstDecodes(unittest.TestCase):
+    @staticmethod
+    def line(first, warm, faults):
+        return {"first_ms": first, "second_ms": 2 * warm, "warm_ms": warm, "woken_ms": 3 * warm, "faults": faults}
+
+    def rounds(self):
+        # The machine is three times as slow in the second round.
+        return [{"libdraco": self.line(20 * k, 12 * k, 100), "psplit, 1 thread": self.line(10 * k, 4 * k, 80 + k),
+                 "psplit, 2 threads": self.line(8 * k, 2 * k, 90), "meshoptimizer 1.2, codec 1, zstd": self.line(2 * k, 1 * k, 9)}
+                for k in (1, 3, 1)]
+
+    def test_ratios_are_of_one_round(self):
+        rows = {row[0]: row[1:] for row in rivals.first_decode_rows(self.rounds())}
+        self.assertEqual(rows["psplit, 1 thread"], ["10.00", "8.00", "4.00", "12.00", "0.50", "0.33", "0.33", "81"])
+        self.assertEqual(rows["libdraco"][4:7], ["1.00", "1.00", "1.00"])
+
+    def test_findings_begin_with_the_rival(self):
+        slower = [{**of, "meshoptimizer 1.2, codec 1, zstd": self.line(5 * of["libdraco"]["first_ms"] / 20, 1, 9)} for of in self.rounds()]
+        text = rivals.first_decode_findings({"a": self.rounds(), "b": slower})
+        self.assertEqual(text[0], "The first decode by meshoptimizer 1.2, codec 1, zstd, is 2.0 to 5.0 times as fast as psplit's on one thread.")
+        self.assertIn("psplit on one thread is, over libdraco, 2.0 to 2.0 times as fast in the first decode of a process, 3.0 to 3.0", text[1])
+        self.assertIn("0.80 to 0.80 times the time of one", text[2])
+
+    def test_spreads_are_those_of_psplit(self):
+        spreads = rivals.first_decode_spreads({"a": self.rounds()})
+        self.assertEqual(len(spreads), 4)
+        self.assertEqual(spreads[0], 1.0)  # 10, 10 and 30: the quartiles are 10 and 20
+
+
 class Pages(unittest.TestCase):
     def test_a_page_begins_with_findings_and_says_how_it_was_made(self):
         text = page("Title", ["A rival wins.", "More."], ["| a |"], [0.1] * 20, ["/x/scripts/typical", "--meshoptimizer", "/home/me/current"],
