@@ -1,14 +1,14 @@
 #!/usr/bin/env node
-// The bytes of an asset with a current meshoptimizer, to be compared with those of `gltf-psplit compare`, which uses the
-// meshoptimizer that its build found:
+// The bytes of an asset with npm's meshoptimizer, where no current one is built (scripts/rivals measures one that is). To be compared
+// with those of `gltf-psplit compare`, which uses the meshoptimizer that its build found:
 //
 //   scripts/meshopt-current.mjs ASSET [--psplit build/release/gltf-psplit] [--modules build/meshopt] [--repeat 9] [--json]
 //
 // The package is npm's, which is WASM. Its bytes are those of any build. Its times are those of WASM in Node.js and must not
 // be compared with native ones. The package is installed in --modules if it is not there yet. Meshes are prepared as
 // tools/gltf_psplit/compare/meshopt_rival.h says: quantized with the bits that psplit takes by default (14, normals 10, texture
-// coordinates and others 12, colours 8), each primitive on a grid of its own; equal points merged, triangles in strips, points in the order of use. zstd is Node.js' own or the command, at level 19. The result is
-// decoded and compared. An asset that is neither .gltf nor .glb is first converted, losslessly, by gltf-psplit.
+// coordinates and others 12, colours 8), each primitive on a grid of its own; equal points merged, triangles in strips, points in the
+// order of use. zstd is Node.js' own or the command, at level 19; brotli is Node.js', at quality 11. The result is decoded and compared. An asset that is neither .gltf nor .glb is first converted, losslessly, by gltf-psplit.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -18,7 +18,7 @@ import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import zlib from 'node:zlib';
 
-const kVersion = '1.3.0', kZstdLevel = 19;
+const kVersion = '1.3.0', kHighestLevel = 3, kZstdLevel = 19;
 const kBits = { POSITION: 14, NORMAL: 10, TEXCOORD: 12, COLOR: 8 }, kOtherBits = 12;
 const kNoPoint = 0xffffffff;
 
@@ -175,9 +175,9 @@ function zstd(bytes) {
 
 function encode(mesh, encoder, codec) {
   const indices = encoder.encodeIndexBuffer(new Uint8Array(mesh.indices.buffer), mesh.indices.length, 4);
-  const streams = mesh.streams.map(({ bytes, stride }) => encoder.encodeVertexBufferLevel(bytes, mesh.count, stride, 2, codec));
+  const streams = mesh.streams.map(({ bytes, stride }) => encoder.encodeVertexBufferLevel(bytes, mesh.count, stride, kHighestLevel, codec));
   const packed = Buffer.concat([indices, ...streams]);
-  return { indices, streams, packed_bytes: packed.length, zstd_bytes: zstd(packed).length };
+  return { indices, streams, packed_bytes: packed.length, zstd_bytes: zstd(packed).length, brotli_bytes: zlib.brotliCompressSync(packed).length };
 }
 
 function decode(mesh, encoded, decoder, with_filters) {
@@ -230,7 +230,8 @@ const rows = [0, 1].map((codec) => {
   times.sort((a, b) => a - b);
   return {
     meshoptimizer: version, codec, bytes: sum(encoded, (mesh) => mesh.packed_bytes),
-    zstd_bytes: sum(encoded, (mesh) => mesh.zstd_bytes), wasm_decode_ms: times[times.length >> 1],
+    zstd_bytes: sum(encoded, (mesh) => mesh.zstd_bytes), brotli_bytes: sum(encoded, (mesh) => mesh.brotli_bytes),
+    wasm_decode_ms: times[times.length >> 1],
   };
 });
 const faces = sum(meshes, (mesh) => mesh.indices.length / 3), points = sum(meshes, (mesh) => mesh.count);
@@ -239,7 +240,7 @@ if (options.json) {
 } else {
   const number = (value) => value.toLocaleString('en-US');
   console.log(`${path.basename(asset)}: ${number(faces)} faces, ${number(points)} points after merging, in ${meshes.length} meshes\n`);
-  console.log('| meshoptimizer | codec of attributes | bytes | with zstd 19 | decoding in WASM, without zstd |\n|---|---|---|---|---|');
+  console.log('| meshoptimizer | codec of attributes | bytes | with zstd 19 | with brotli 11 | decoding in WASM alone |\n|---|---|---|---|---|---|');
   for (const row of rows)
-    console.log(`| ${row.meshoptimizer} | ${row.codec} | ${number(row.bytes)} | ${number(row.zstd_bytes)} | ${row.wasm_decode_ms.toFixed(1)} ms |`);
+    console.log(`| ${row.meshoptimizer} | ${row.codec} | ${number(row.bytes)} | ${number(row.zstd_bytes)} | ${number(row.brotli_bytes)} | ${row.wasm_decode_ms.toFixed(1)} ms |`);
 }

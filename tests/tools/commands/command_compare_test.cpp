@@ -40,6 +40,12 @@ TEST_F(CompareCommand, ComparesInOneTable) {
   ASSERT_EQ(json.at("stock_speeds").size(), 3u);
   EXPECT_EQ(json.at("stock_speeds").at(1), json.at("stock"));
   EXPECT_GT(json.at("meshopt_plain").at("bytes").get<int>(), json.at("meshopt").at("bytes").get<int>());
+  EXPECT_EQ(json.at("meshopt_brotli").is_null(), json.at("environment").at("brotli").is_null());
+  if (!json.at("meshopt_brotli").is_null()) {
+    EXPECT_LT(json.at("meshopt_brotli").at("bytes").get<int>(),
+              json.at("meshopt_plain").at("bytes").get<int>());
+    EXPECT_EQ(json.at("meshopt_brotli").at("codec_version"), json.at("meshopt").at("codec_version"));
+  }
   EXPECT_EQ(json.at("splits").at(0).at("stages").size(), 5u);
   const auto& environment = json.at("environment");
   for (const char* key : {"cpu", "psplit", "draco", "meshoptimizer", "zstd", "compiler", "date"})
