@@ -120,7 +120,10 @@ Status MeshBuilder::add_points(std::span<const Attribute> block, size_t count,
 }
 
 Status MeshBuilder::add_faces(std::span<const std::array<uint32_t, 3>> faces) {
-  mesh_.faces.insert(mesh_.faces.end(), faces.begin(), faces.end());
+  if (faces.empty()) return {};
+  const size_t size = mesh_.faces.size();
+  mesh_.faces.resize(size + faces.size());
+  std::memcpy(mesh_.faces.data() + size, faces.data(), faces.size_bytes());
   return {};
 }
 

@@ -54,9 +54,42 @@ void read_plain_slice(const char* at, const char* end, uint64_t most, Reader rea
   slice.is_complete = at == end || slice.row_count == most;
 }
 
+// How many lines end in these characters. Counts of bytes are vectors of bytes.
+inline uint64_t line_ends(const char* begin, const char* end) {
+  constexpr ptrdiff_t kMost = 240;  // what a byte can count
+  uint64_t all = 0;
+  while (begin != end) {
+    const char* const block_end = begin + std::min(kMost, end - begin);
+    uint8_t count = 0;
+    for (; begin != block_end; ++begin) count = static_cast<uint8_t>(count + (*begin == '\n' ? 1 : 0));
+    all += count;
+  }
+  return all;
+}
+
+// The end of the first `most` lines of those that end at `end`, and how many lines there are.
+inline std::pair<const char*, uint64_t> first_lines(const char* begin, const char* end, uint64_t most) {
+  constexpr ptrdiff_t kBlock = 1 << 14;
+  uint64_t line_count = 0;
+  for (const char* block = begin; block < end;) {
+    const char* const block_end = block + std::min(kBlock, end - block);
+    const uint64_t in_block = line_ends(block, block_end);
+    if (line_count + in_block < most) {
+      line_count += in_block;
+      block = block_end;
+      continue;
+    }
+    for (;; ++block) {
+      block = std::find(block, block_end, '\n');
+      if (++line_count == most) return {block, most};
+    }
+  }
+  return {end, line_count + 1};
+}
+
 // Reads rows from the lines that the scanner has in memory. Ends before the first row that is not plain:
 // is_complete of the last slice is false then. Slices are in order. A Reader has read_row and store_row as
-// above, and is copied for each thread.
+// above, and reserve(rows, count), which gives the rows memory for `count` more. It is copied for each thread.
 template <typename Rows, typename Reader>
 std::vector<PlainSlice<Rows>> read_plain_rows(Scanner& scanner, uint64_t most, const Reader& reader,
                                               const ThreadPool& pool) {
@@ -65,23 +98,26 @@ std::vector<PlainSlice<Rows>> read_plain_rows(Scanner& scanner, uint64_t most, c
   const std::string_view text = scanner.peek_lines();
   if (text.empty()) return slices;
   const char* const begin = text.data();
-  const char* const end = begin + text.size() - 1;
+  const char* const text_end = begin + text.size() - 1;
   // A first row tells whether the others are worth a try.
-  read_plain_slice(begin, end, std::min<uint64_t>(most, 1), reader, slices[0]);
+  read_plain_slice(begin, text_end, std::min<uint64_t>(most, 1), reader, slices[0]);
   if (slices[0].row_count == 1 && most > 1) {
-    // No thread may read what comes behind the last row.
-    const bool may_divide = static_cast<uint64_t>(std::count(begin, end, '\n')) < most;
     const char* const rest = slices[0].end;
-    const size_t count = may_divide ? std::clamp<size_t>(static_cast<size_t>(end - rest) / kLeastBytes, 1,
-                                                         static_cast<size_t>(pool.thread_count()))
-                                    : 1;
+    // Each row is in a line of its own, so the rest has no more rows than lines. No thread reads what comes
+    // after the last row. A line ends where the first row does.
+    const auto [end, line_count] = first_lines(rest, text_end, most);
+    const size_t bytes = static_cast<size_t>(end - rest);
+    const size_t count = std::clamp<size_t>(bytes / kLeastBytes, 1, static_cast<size_t>(pool.thread_count()));
     slices.resize(count + 1);
-    const auto border = [&](size_t i) {
-      const char* const about = rest + static_cast<size_t>(end - rest) * i / count;
-      return i == 0 ? rest : i == count ? end : std::find(about, end, '\n');
+    const auto border = [&, last = end](size_t i) {
+      return i == 0 ? rest : i == count ? last : std::find(rest + bytes * i / count, last, '\n');
     };
-    pool.for_each(
-        count, [&](size_t i) { read_plain_slice(border(i), border(i + 1), most - 1, reader, slices[i + 1]); });
+    pool.for_each(count, [&, lines = line_count](size_t i) {
+      // Lines differ in length.
+      const uint64_t expected = lines / count;
+      reader.reserve(slices[i + 1].rows, static_cast<size_t>(expected + expected / 16));
+      read_plain_slice(border(i), border(i + 1), most - 1, reader, slices[i + 1]);
+    });
   }
   const auto last = std::ranges::find(slices, false, &PlainSlice<Rows>::is_complete);
   if (last != slices.end()) slices.erase(last + 1, slices.end());

@@ -266,14 +266,23 @@ class PlainVertexReader {
     return at;
   }
 
+  void reserve(Rows& rows, size_t count) const {
+    rows.resize(strides_.size());
+    for (size_t i = 0; i < strides_.size(); ++i) rows[i].reserve(rows[i].size() + count * strides_[i]);
+  }
+
   void store_row(Rows& rows) {
     rows.resize(strides_.size());
     for (size_t i = 0; i < strides_.size(); ++i) rows[i].resize(rows[i].size() + strides_[i]);
     for (size_t i = 0; i < columns_.size(); ++i) {
       const Column& column = columns_[i];
       Array<std::byte>& bytes = rows[column.attribute];
-      std::memcpy(bytes.data() + bytes.size() - strides_[column.attribute] + column.offset, &values_[i],
-                  column.width);  // little-endian, as every host of this library
+      std::byte* const to = bytes.data() + bytes.size() - strides_[column.attribute] + column.offset;
+      // Little-endian, as every host of this library. Most values are floats.
+      if (column.width == sizeof values_[i])
+        std::memcpy(to, &values_[i], sizeof values_[i]);
+      else
+        std::memcpy(to, &values_[i], column.width);
     }
   }
 
@@ -309,6 +318,7 @@ class PlainTriangleReader {
     return at;
   }
 
+  void reserve(Rows& rows, size_t count) const { rows.reserve(rows.size() + count); }
   void store_row(Rows& rows) { rows.push_back(triangle_); }
 
  private:
@@ -560,7 +570,10 @@ class PlyReader {
     uint64_t count = 0;
     for (const auto& slice : slices) {
       count += slice.row_count;
-      faces_.insert(faces_.end(), slice.rows.begin(), slice.rows.end());
+      if (slice.row_count < kMostFaces)
+        faces_.insert(faces_.end(), slice.rows.begin(), slice.rows.end());
+      else if (!pass_faces() || !pass_faces(slice.rows))
+        return false;
     }
     row += count;
     attempts.note(row, count, slices.back().is_complete);
@@ -621,9 +634,13 @@ class PlyReader {
   }
 
   bool pass_faces() {
-    if (!take(sink_.add_faces(faces_))) return false;
-    passed_faces_ += faces_.size();
+    if (!pass_faces(faces_)) return false;
     faces_.clear();
+    return true;
+  }
+  bool pass_faces(std::span<const std::array<uint32_t, 3>> faces) {
+    if (!take(sink_.add_faces(faces))) return false;
+    passed_faces_ += faces.size();
     if (texcoords_ != nullptr && !texcoords_->textures.empty()) texcoords_->pad(passed_faces_);
     return true;
   }

@@ -40,7 +40,15 @@ TEST(ParseFloat, RoundsAsTheStandardLibrary) {
     ASSERT_TRUE(read) << word;
     EXPECT_EQ(std::memcmp(&*read, &expected, sizeof expected), 0) << word << ' ' << *read << ' ' << expected;
     float plain = 0;
-    plain_count += parse_plain_float(text, text + word.size(), plain) == text + word.size() ? 1 : 0;
+    const bool is_plain = parse_plain_float(text, text + word.size(), plain) == text + word.size();
+    plain_count += is_plain ? 1 : 0;
+    // Eight characters are taken at once, where so many are left.
+    const std::string row = std::string(word) + " 12345678 9\n";
+    const char* const end = parse_plain_float(row.data(), row.data() + row.size(), plain);
+    ASSERT_EQ(end, is_plain ? row.data() + word.size() : nullptr) << word;
+    if (is_plain) {
+      EXPECT_EQ(std::memcmp(&plain, &expected, sizeof expected), 0) << word << ' ' << plain;
+    }
   }
   EXPECT_GT(plain_count, 50'000);
   for (const char* word : {"", "-", ".", "+-1", "1e", "1e+", "1.2.3", "0x1", "1 ", "--1", "e5"})
@@ -77,6 +85,25 @@ TEST(ParseInteger, TakesDigitsAfterASign) {
   EXPECT_EQ(parse_integer("+7"), 7);
   for (const char* word : {"", "-", "1.0", "7x", "99999999999999999999"})
     EXPECT_FALSE(parse_integer(word)) << word;
+}
+
+// Up to nine digits, whatever comes after them.
+TEST(ParseInteger, OfARowEndsWithItsDigits) {
+  std::mt19937 random(1);
+  for (size_t digits = 0; digits <= 11; ++digits)
+    for (int after = 0; after < 256; ++after) {
+      if (after >= '0' && after <= '9') continue;
+      std::string row;
+      for (size_t i = 0; i < digits; ++i) row += static_cast<char>('0' + random() % 10);
+      row += std::string{static_cast<char>(after), static_cast<char>(random())} + "12345678";
+      uint32_t value = 0;
+      const char* const end = parse_plain_integer(row.data(), row.data() + row.size(), value);
+      const bool is_plain = digits >= 1 && digits <= 9;
+      ASSERT_EQ(end, is_plain ? row.data() + digits : nullptr) << row;
+      if (is_plain) {
+        ASSERT_EQ(value, std::stoul(row)) << row;
+      }
+    }
 }
 
 constexpr uint32_t kPoints = 30'000, kFaces = 50'000;
