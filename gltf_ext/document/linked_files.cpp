@@ -1,5 +1,7 @@
 #include "gltf_ext/document/linked_files.h"
 
+#include <string_view>
+
 #include "gltf_ext/json/json_fields.h"
 #include "system/operating_system.h"
 #include "system/uri.h"
@@ -46,14 +48,15 @@ void for_each_uri(const Json& tree, const JsonPlace& place, const Visit& visit) 
     size_t number = 0;
     for (const Json& element : tree) for_each_uri(element, {&place, nullptr, number++}, visit);
   }
-  if (!tree.is_object()) return;
-  for (auto member = tree.begin(); member != tree.end(); ++member) {
-    const std::string& name = member.key();
-    if (name == "extras") continue;
-    if ((name == "uri" || name == "schemaUri") && member->is_string())
-      visit(place.text(), *member->get_ptr<const Json::string_t*>());
-    else
-      for_each_uri(*member, {&place, &name, 0}, visit);
+  const auto* const members = tree.get_ptr<const Json::object_t*>();
+  if (members == nullptr) return;
+  constexpr std::string_view kExtras = "extras", kUri = "uri", kSchemaUri = "schemaUri";
+  for (const auto& [name, member] : *members) {
+    if (name == kExtras) continue;
+    if ((name == kUri || name == kSchemaUri) && member.is_string())
+      visit(place.text(), *member.template get_ptr<const Json::string_t*>());
+    else if (member.is_structured())
+      for_each_uri(member, {&place, &name, 0}, visit);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string_view>
+#include <type_traits>
 
 #include "gltf_ext/json/mesh_primitives.h"
 
@@ -76,14 +77,18 @@ void for_each_accessor_reference(J& json, Visit&& visit) {
 template <AnyJson J, typename Visit>
 void for_each_buffer_view_member(J& tree, Visit&& visit) {
   if (!tree.is_structured()) return;
-  const bool is_object = tree.is_object();
-  for (auto member = tree.begin(); member != tree.end(); ++member) {
-    if (is_object && member.key() == "extras") continue;
-    if (is_object && member.key() == "bufferView") {
-      visit(*member);
-    } else {
-      for_each_buffer_view_member(*member, visit);
-    }
+  using Members = std::conditional_t<std::is_const_v<J>, const Json::object_t, Json::object_t>;
+  auto* const members = tree.template get_ptr<Members*>();
+  if (members == nullptr) {
+    for (J& element : tree) for_each_buffer_view_member(element, visit);
+    return;
+  }
+  constexpr std::string_view kExtras = "extras", kBufferView = "bufferView";
+  for (auto& [key, member] : *members) {
+    if (key == kBufferView)
+      visit(member);
+    else if (key != kExtras)
+      for_each_buffer_view_member(member, visit);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "gltf_ext/document/unknown_references.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,29 +66,39 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
   return std::ranges::find(words, word) != words.end();
 }
 
-// "myBufferView" and "my_buffer_view" are "my", "buffer" and "view".
-std::vector<std::string> words_of(std::string_view name) {
-  std::vector<std::string> words(1);
+// Visits the words of a name: "myBufferView" and "my_buffer_view" are "my", "buffer" and "view". Longer words
+// than any that is looked for are left out.
+template <typename Visit>
+void for_each_word(std::string_view name, const Visit& visit) {
+  std::array<char, 16> word;
+  size_t size = 0;
+  const auto finish = [&] {
+    if (size > 0 && size <= word.size()) visit(std::string_view(word.data(), size));
+    size = 0;
+  };
   bool was_lower = false;
   for (const char c : name) {
     const bool is_upper = c >= 'A' && c <= 'Z', is_lower = c >= 'a' && c <= 'z';
-    if ((is_upper && was_lower) || !(is_upper || is_lower)) words.emplace_back();
-    if (is_upper || is_lower) words.back() += is_upper ? static_cast<char>(c - 'A' + 'a') : c;
+    if ((is_upper && was_lower) || !(is_upper || is_lower)) finish();
+    if (is_upper || is_lower) {
+      if (size < word.size()) word[size] = is_upper ? static_cast<char>(c - 'A' + 'a') : c;
+      ++size;
+    }
     was_lower = is_lower;
   }
-  return words;
+  finish();
 }
 
 Kinds kinds_of_name(std::string_view name, bool in_extension) {
   Kinds kinds;
-  for (const std::string& word : words_of(name)) {
+  for_each_word(name, [&](std::string_view word) {
     if (is_one_of(word, {"accessor", "accessors", "indices", "attribute", "attributes"})) kinds.accessor = true;
     if (is_one_of(word, {"view", "views", "bufferview", "bufferviews"})) kinds.view = true;
     if (is_one_of(word, {"buffer", "buffers"})) kinds.buffer = true;
     if (in_extension && is_one_of(word, {"values", "offsets", "positions", "normals", "tangents", "vertices",
                                          "matrices", "input", "output"}))
       kinds.only_alone = true;
-  }
+  });
   if (kinds.view) kinds.buffer = false;  // "bufferView"
   if (kinds.any()) kinds.only_alone = false;
   if (kinds.only_alone) kinds.accessor = kinds.view = true;
@@ -115,18 +126,24 @@ class Finder {
   // Objects of glTF and of known extensions.
   void find_in_known(const Json& tree, bool in_extension) {
     if (!tree.is_structured()) return;
-    const bool is_object = tree.is_object();
-    for (auto member = tree.begin(); member != tree.end(); ++member) {
-      if (!is_object) {
-        find_in_known(*member, in_extension);
-      } else if (member.key() == "extras") {
-        find_in_unknown(*member, {}, false);
-      } else if (member.key() == "extensions" && member->is_object()) {
-        find_in_extensions(*member);
-      } else if (!in_extension && !is_known_member(member.key()) && kinds_of_name(member.key(), false).any()) {
-        find_in_unknown(*member, kinds_of_name(member.key(), false), false);
+    const auto* const members = tree.get_ptr<const Json::object_t*>();
+    if (members == nullptr) {
+      for (const Json& element : tree) find_in_known(element, in_extension);
+      return;
+    }
+    constexpr std::string_view kExtras = "extras", kExtensions = "extensions";
+    for (const auto& [key, member] : *members) {
+      if (key == kExtras) {
+        find_in_unknown(member, {}, false);
+      } else if (key == kExtensions && member.is_object()) {
+        find_in_extensions(member);
+      } else if (!in_extension && !is_known_member(key)) {
+        if (const Kinds kinds = kinds_of_name(key, false); kinds.any())
+          find_in_unknown(member, kinds, false);
+        else
+          find_in_known(member, in_extension);
       } else {
-        find_in_known(*member, in_extension);
+        find_in_known(member, in_extension);
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "gltf_ext/json/json.h"
@@ -19,9 +20,14 @@ concept AnyJson = std::is_same_v<std::remove_const_t<J>, Json>;
 // The member, or null if `object` is not an object or has no such member.
 template <AnyJson J>
 J* field(J& object, const char* name) {
-  if (!object.is_object()) return nullptr;
-  const auto found = object.find(name);
-  return found == object.end() ? nullptr : &*found;
+  using Members = std::conditional_t<std::is_const_v<J>, const Json::object_t, Json::object_t>;
+  auto* const members = object.template get_ptr<Members*>();
+  if (members == nullptr) return nullptr;
+  // Json::find would compare texts before their lengths.
+  const std::string_view wanted(name);
+  for (auto& [key, value] : *members)
+    if (key == wanted) return &value;
+  return nullptr;
 }
 
 // The member if it is an object (an array), otherwise null.

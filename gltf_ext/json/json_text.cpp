@@ -49,10 +49,12 @@ bool is_part_of_number(char c) {
   return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
 }
 
+// Up to this many characters, digits are the fewest.
+constexpr size_t kMostFewest = 16;
+
 // nlohmann's digits give the number back, but in one of some thousand numbers they are not the fewest. An asset
 // that stays as it is would grow by that.
 void append_number(std::string_view number, std::string& to) {
-  constexpr size_t kMostFewest = 16;  // up to this many characters, digits are the fewest
   std::array<char, 32> digits;
   if (number.size() > kMostFewest && number.find('.') != number.npos) {
     const auto value = Json::parse(number.begin(), number.end()).get<double>();
@@ -64,24 +66,27 @@ void append_number(std::string_view number, std::string& to) {
 }
 
 std::string text_of(const Json& json, int indent) {
-  const std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
+  std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
   std::string result;
-  result.reserve(text.size());
+  size_t copied = 0;  // up to here, the text is in the result
   for (size_t i = 0; i < text.size();) {
-    size_t end = i;
+    size_t end = i + 1;
     if (text[i] == '"') {
-      for (++end; text[end] != '"'; ++end)
+      for (; text[end] != '"'; ++end)
         if (text[end] == '\\') ++end;
-      result.append(text, i, ++end - i);
+      ++end;
     } else if (is_part_of_number(text[i])) {
       while (end < text.size() && is_part_of_number(text[end])) ++end;
-      append_number(std::string_view(text).substr(i, end - i), result);
-    } else {
-      result += text[end++];
+      if (end - i > kMostFewest) {
+        result.append(text, copied, i - copied);
+        append_number(std::string_view(text).substr(i, end - i), result);
+        copied = end;
+      }
     }
     i = end;
   }
-  return result;
+  if (copied == 0) return text;
+  return result.append(text, copied);
 }
 
 }  // namespace
