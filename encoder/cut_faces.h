@@ -32,19 +32,29 @@ Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
 // Brings the patches into an order.
 void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut);
 
-// Takes patches out of a mesh, which must outlive it. It takes four bytes for each point of the mesh. Not
-// thread-safe.
+// Takes patches out of a mesh, which must outlive it. It takes a little more than four bytes for each point of
+// the mesh. Not thread-safe.
 class PatchExtractor {
  public:
-  explicit PatchExtractor(const Mesh& mesh) : mesh_(mesh), number_(mesh.point_count, 0xffffffffu) {}
+  explicit PatchExtractor(const Mesh& mesh)
+      : mesh_(mesh),
+        number_(mesh.point_count),
+        used_(words(mesh.point_count), 0),
+        used_words_(words(used_.size()), 0) {}
 
   // Faces of the mesh with the points that they use, which ascend. `neighbours` are those of all faces of the
   // mesh (Cut), or empty.
   PatchMesh extract(std::span<const uint32_t> faces, std::span<const std::array<uint32_t, 3>> neighbours);
 
  private:
+  static size_t words(size_t bits) { return (bits + 63) / 64; }
+  void take_used(std::vector<uint32_t>& points);
+
   const Mesh& mesh_;
-  std::vector<uint32_t> number_;  // of points in the patch; kNone outside of extract()
+  Array<uint32_t> number_;  // of the points in the patch; others have any
+  // A bit for each point that the patch uses, and one for each word of these that is not 0. Both are 0 outside
+  // of extract().
+  std::vector<uint64_t> used_, used_words_;
 };
 
 // The residue's faces, the points that no face uses, and faces of padding: a sequential decoder needs at least

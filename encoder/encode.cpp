@@ -134,9 +134,9 @@ void prefer_tree(const EncodeOptions& options, MeshToEncode& cloud) {
 }
 
 // Says which whole numbers the given bits round.
-void note_rounded_numbers(const EncodeOptions& options, MeshToEncode& mesh) {
+void note_rounded_numbers(const EncodeOptions& options, const ThreadPool& pool, MeshToEncode& mesh) {
   if (!options.given.generic) return;
-  const std::vector<uint8_t> stored = stored_points(mesh, options);
+  const StoredFlags stored = stored_points(mesh, options, pool);
   std::vector<PrecisionNote> losses;
   for (size_t i = 0; i < mesh.codings.size(); ++i) {
     const Attribute& attribute = mesh.mesh.attributes[i];
@@ -313,23 +313,23 @@ Status plan_all(Span<MeshToEncode* const> meshes, const EncodeOptions& options, 
     if (Status status = check_input(*meshes[mesh_of_error], is_cloud); !status.ok()) return status;
     faces.push_back(meshes[mesh_of_error]->mesh.faces.size());
   }
-  auto codings = choose_shared_codings(meshes, coding, pool, kept);
+  SharedCodings chosen = choose_shared_codings(meshes, coding, pool, kept);
   if (options.chooses_position_bits()) {
     const auto max_error =
         options.position_bits_by_edges ? std::nullopt : std::optional(options.max_position_error);
-    Status status = choose_position_bits(meshes, max_error, codings, mesh_of_error);
+    Status status = choose_position_bits(meshes, max_error, chosen.codings, mesh_of_error);
     if (!status.ok()) return status;
   }
-  auto notes = guard_precision(meshes, coding, codings, pool);
+  auto notes = guard_precision(meshes, coding, chosen, pool);
   const std::vector<uint32_t> counts = patch_counts(faces, options.patches);
   for (mesh_of_error = 0; mesh_of_error < meshes.size(); ++mesh_of_error) {
     MeshToEncode& mesh = *meshes[mesh_of_error];
-    mesh.codings = std::move(codings[mesh_of_error]);
+    mesh.codings = std::move(chosen.codings[mesh_of_error]);
     mesh.notes = std::move(notes[mesh_of_error]);
     mesh.patch_count = counts[mesh_of_error];
     if (Status status = apply_own_codings(coding, mesh); !status.ok()) return status;
     if (is_cloud) prefer_tree(options, mesh);
-    note_rounded_numbers(coding, mesh);
+    note_rounded_numbers(coding, pool, mesh);
     round_mesh_weights(mesh);
   }
   choose_target_codings(meshes, coding);
@@ -363,9 +363,11 @@ Expected<EncodedMesh> encode(Mesh mesh, const EncodeOptions& options, const Thre
   return encode(std::move(source), options, pool, watch);
 }
 
-std::vector<uint8_t> stored_points(const MeshToEncode& mesh, const EncodeOptions& options) {
+StoredFlags stored_points(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool) {
   const DistinctBytes distinct(mesh);
-  return stored_points(mesh.mesh, reduce_options(options), distinct.bytes, distinct.stride);
+  StoredFlags stored = stored_points(mesh.mesh, reduce_options(options), pool, distinct.bytes, distinct.stride);
+  if (std::ranges::find(stored, 0) == stored.end()) stored = StoredFlags();
+  return stored;
 }
 
 ReducedMesh reduce(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool) {

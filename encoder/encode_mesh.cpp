@@ -129,14 +129,12 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   const Stopwatch reduce_time;
   ReducedMesh reduced = reduce(
       input,
-      {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
+      {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings),
+       /*leaves_unchanged=*/true},
       pool, extra_point_data, extra_stride);
   // Often nothing is merged or dropped. Then there is one mesh in memory, not two.
-  const bool is_as_it_was = reduced.merged_points + reduced.dropped_faces + reduced.dropped_points == 0;
-  if (is_as_it_was)
-    reduced = ReducedMesh();
-  else if (options.free_input)
-    options.free_input();
+  const bool is_as_it_was = reduced.is_unchanged();
+  if (!is_as_it_was && options.free_input) options.free_input();
   const Mesh& mesh = is_as_it_was ? input : reduced.mesh;
   if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
   if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
@@ -146,6 +144,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, Span<const AttributeCoding>
   // For the fewest bytes both kinds of predictions are tried.
   const bool tries_both = options.choose_by_bytes && options.condense_smallest && options.alone != Alone::kAll;
   StreamOptions way = options;
+  way.differ_in_positions = reduced.differ_in_positions;
   std::optional<EncodedMesh> best;
   for (const bool in_creation_order : {false, true}) {
     if (in_creation_order && !tries_both) break;

@@ -44,7 +44,8 @@ struct StreamOptions {
   bool drop_unused = false;      // drop points that no face uses
   // One sequential stream, which keeps all faces and points, and their order, in place of all else here.
   bool in_order = false;
-  bool is_cloud = false;  // one point cloud of a mesh without faces, in place of all else here
+  bool differ_in_positions = false;  // no two points have the same position
+  bool is_cloud = false;             // one point cloud of a mesh without faces, in place of all else here
   // Condense the streams of a container if that saves bytes: code them with tables that all patches share. Each
   // condensed stream is expanded again and compared with what it was.
   bool condense = false;

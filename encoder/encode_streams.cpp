@@ -14,10 +14,18 @@
 #include "encoder/stream/stream_steps.h"
 #include "encoder/verify.h"
 #include "src/object_pool.h"
+#include "src/shared_values.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
+
+// For each face of the mesh 1 if it is one of `faces`. Empty if there are none.
+std::vector<uint8_t> faces_flags(const Mesh& mesh, std::span<const uint32_t> faces) {
+  std::vector<uint8_t> flags(faces.empty() ? 0 : mesh.faces.size(), 0);
+  for (const uint32_t face : faces) flags[face] = 1;
+  return flags;
+}
 
 // Cuts the mesh, and encodes the patches and the residue.
 Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const AttributeCoding> codings,
@@ -32,9 +40,13 @@ Expected<Streams> encode_patches(const WeldedMesh& welded, std::span<const Attri
   streams.partition_ms = partition_time.ms();
   const size_t patch_count = cut.patches.size();
   std::vector<uint8_t> is_in_patch(mesh.point_count, 0);
-  for (const auto& faces : cut.patches)
-    for (const uint32_t face : faces)
-      for (const uint32_t point : mesh.faces[face]) is_in_patch[point] = 1;
+  const std::vector<uint8_t> is_in_residue = faces_flags(mesh, cut.residue_faces);
+  constexpr size_t kFacesAtOnce = 1 << 14;
+  pool.for_ranges(mesh.faces.size(), kFacesAtOnce, [&](size_t begin, size_t end) {
+    for (size_t face = begin; face < end; ++face)
+      if (is_in_residue.empty() || is_in_residue[face] == 0)
+        for (const uint32_t point : mesh.faces[face]) store_shared(is_in_patch[point], uint8_t{1});
+  });
   const bool has_residue = !cut.residue_faces.empty() || std::ranges::find(is_in_patch, 0) != is_in_patch.end();
   // Streams that are alone are verified one by one, by their decoded values.
   const bool standalone = are_alone(options.alone, patch_count, has_residue);
@@ -201,6 +213,9 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
     if (!coding.octahedral && !grid_extremes(coding))
       return invalid_input(attribute.semantic + ": no floats are exactly its grid's range apart; see fit_grid");
   }
+  uint32_t largest = 0;
+  for (const auto& [a, b, c] : mesh.faces) largest = std::max({largest, a, b, c});
+  if (largest < mesh.point_count || mesh.faces.empty()) return {};
   for (const auto& face : mesh.faces)
     for (uint32_t point : face)
       if (point >= mesh.point_count)
@@ -211,7 +226,7 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
 
 Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                  const StreamOptions& options, uint32_t patch_count, const ThreadPool& pool) {
-  WeldedMesh welded = weld(mesh, pool);
+  WeldedMesh welded = weld(mesh, pool, options.differ_in_positions);
   separate_flat_faces(welded);
   Expected<Streams> streams = encode_patches(welded, codings, options, patch_count, pool);
   const bool is_limited = options.most_split_percent > 0 && options.patch_of_face.empty();

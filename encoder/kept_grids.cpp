@@ -63,6 +63,7 @@ struct Group {
 std::vector<std::vector<bool>> keep_grids(std::span<MeshToEncode* const> meshes, std::span<const KeptMesh> kept,
                                           const EncodeOptions& options,
                                           std::span<const std::vector<CodingBounds>> bounds,
+                                          std::span<const StoredFlags> stored,
                                           std::span<std::vector<AttributeCoding>> codings,
                                           const ThreadPool& pool) {
   std::vector<std::vector<bool>> is_final(meshes.size());
@@ -70,13 +71,11 @@ std::vector<std::vector<bool>> keep_grids(std::span<MeshToEncode* const> meshes,
   pool.for_each(meshes.size(), [&](size_t k) {
     const Mesh& mesh = meshes[k]->mesh;
     is_final[k].resize(mesh.attributes.size(), false);
-    std::vector<uint8_t> stored;
     for (size_t i = 0; i < meshes[k]->stated.size(); ++i) {
       const AttributeCoding& grid = meshes[k]->stated[i];
       if (codings[k][i].exact || !may_have_grid(mesh.attributes[i], grid, options)) continue;
-      if (stored.empty()) stored = stored_points(*meshes[k], options);
       if (!grid.octahedral && !holds(grid, bounds[k][i])) continue;
-      if (!is_on_grid(mesh.attributes[i], grid, stored)) continue;
+      if (!is_on_grid(mesh.attributes[i], grid, stored[k])) continue;
       codings[k][i] = grid;
       codings[k][i].exact = true;
       is_final[k][i] = true;

@@ -15,23 +15,22 @@ bool is_shared(const std::string& semantic) {
   return semantic == "POSITION" || semantic.starts_with("WEIGHTS_");
 }
 
-std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<MeshToEncode* const> meshes,
-                                                                const EncodeOptions& options,
-                                                                const ThreadPool& pool,
-                                                                std::span<const KeptMesh> kept) {
+SharedCodings choose_shared_codings(std::span<MeshToEncode* const> meshes, const EncodeOptions& options,
+                                    const ThreadPool& pool, std::span<const KeptMesh> kept) {
   std::vector<std::vector<AttributeCoding>> codings(meshes.size());
+  std::vector<StoredFlags> stored(meshes.size());
   std::vector<std::vector<CodingBounds>> bounds(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
     Mesh& mesh = meshes[k]->mesh;
     for (Attribute& attribute : mesh.attributes)
       if (wanted_bits(attribute, options) > 0) trim_noise(attribute);
-    const std::vector<uint8_t> stored = stored_points(*meshes[k], options);
+    stored[k] = stored_points(*meshes[k], options, pool);
     for (const Attribute& attribute : mesh.attributes) {
-      bounds[k].push_back(wanted_bounds(attribute, options, stored));
+      bounds[k].push_back(wanted_bounds(attribute, options, stored[k]));
       codings[k].push_back(choose_coding(attribute, bounds[k].back(), options));
     }
   });
-  const auto is_final = keep_grids(meshes, kept, options, bounds, codings, pool);
+  const auto is_final = keep_grids(meshes, kept, options, bounds, stored, codings, pool);
   std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < meshes.size(); ++k)
@@ -50,7 +49,7 @@ std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<MeshTo
     AttributeCoding shared = choose_coding(attribute, all, options);
     if (shared.bits > 0) coding = std::move(shared);
   });
-  return codings;
+  return {std::move(codings), std::move(stored)};
 }
 
 Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<double> max_error,
@@ -81,19 +80,17 @@ Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional
 }
 
 std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* const> meshes,
-                                                        const EncodeOptions& options,
-                                                        std::span<std::vector<AttributeCoding>> codings,
+                                                        const EncodeOptions& options, SharedCodings& chosen,
                                                         const ThreadPool& pool) {
+  std::vector<std::vector<AttributeCoding>>& codings = chosen.codings;
   // apply_own_codings replaces the coding, so that what a chosen one loses says nothing.
   const auto has_own_coding = [&](size_t k, size_t i) { return meshes[k]->own_codings.contains(i); };
   std::vector<std::vector<PrecisionFinding>> findings(meshes.size());
   std::vector<std::vector<int>> wanted(meshes.size());
   pool.for_each(meshes.size(), [&](size_t k) {
     const Mesh& mesh = meshes[k]->mesh;
-    std::vector<uint8_t> stored;
     GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
-      if (stored.empty()) stored = stored_points(*meshes[k], options);
-      visit(mesh, stored);
+      visit(mesh, chosen.stored[k]);
       return Status();
     }};
     for (size_t i = 0; i < mesh.attributes.size(); ++i) {
@@ -102,7 +99,7 @@ std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* 
       const auto scale = meshes[k]->texture_scales.find(attribute.semantic);
       guarded.texture_scales.push_back(scale == meshes[k]->texture_scales.end() ? 1 : scale->second);
     }
-    if (auto found = find_losses(guarded, codings[k], wanted[k])) findings[k] = std::move(*found);
+    if (auto found = find_losses(guarded, codings[k], wanted[k], pool)) findings[k] = std::move(*found);
   });
   // What becomes of the grids that groups share, and how many values they have.
   struct SharedGrid {

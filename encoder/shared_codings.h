@@ -20,12 +20,19 @@ namespace psplit {
 // Whether the meshes of a group share the attribute's grid, because borders between them must stay closed.
 bool is_shared(const std::string& semantic);
 
-// The codings of each attribute of each mesh. Values that exceed glTF's limits by rounding noise are set to the
-// limits (trim_noise). Call round_weights afterwards.
-std::vector<std::vector<AttributeCoding>> choose_shared_codings(std::span<MeshToEncode* const> meshes,
-                                                                const EncodeOptions& options,
-                                                                const ThreadPool& pool,
-                                                                std::span<const KeptMesh> kept = {});
+// Flags for the points of a mesh: 1 if its values are stored. Empty if all are.
+using StoredFlags = std::vector<uint8_t>;
+
+// Of each mesh.
+struct SharedCodings {
+  std::vector<std::vector<AttributeCoding>> codings;  // of each attribute
+  std::vector<StoredFlags> stored;
+};
+
+// The codings of each attribute of each mesh, and which points they are chosen for. Values that exceed glTF's
+// limits by rounding noise are set to the limits (trim_noise). Call round_weights afterwards.
+SharedCodings choose_shared_codings(std::span<MeshToEncode* const> meshes, const EncodeOptions& options,
+                                    const ThreadPool& pool, std::span<const KeptMesh> kept = {});
 
 // The bits of positions for an error of at most `max_error`, or without it those for the step that the edges
 // allow. Errors: those of position_bits.h.
@@ -38,11 +45,10 @@ Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional
 // attribute has a coding of its own (MeshToEncode::own_codings). A grid that a group shares stays one. Returns
 // notes for each mesh. Call it when the bits are chosen.
 std::vector<std::vector<PrecisionNote>> guard_precision(std::span<MeshToEncode* const> meshes,
-                                                        const EncodeOptions& options,
-                                                        std::span<std::vector<AttributeCoding>> codings,
+                                                        const EncodeOptions& options, SharedCodings& chosen,
                                                         const ThreadPool& pool);
 
-// For each point of a planned mesh 1 if encode() stores its values, otherwise 0.
-std::vector<uint8_t> stored_points(const MeshToEncode& mesh, const EncodeOptions& options);
+// The points of a planned mesh whose values encode() stores.
+StoredFlags stored_points(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool);
 
 }  // namespace psplit

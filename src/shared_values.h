@@ -8,14 +8,16 @@ namespace psplit {
 
 // For a value that one body reads while another changes it, if either value is good enough. libc++ has no
 // atomic_ref before version 19.
-inline uint32_t load_shared(const uint32_t& value) {
+template <typename T>
+T load_shared(const T& value) {
 #ifdef __cpp_lib_atomic_ref
-  return std::atomic_ref(const_cast<uint32_t&>(value)).load(std::memory_order_relaxed);
+  return std::atomic_ref(const_cast<T&>(value)).load(std::memory_order_relaxed);
 #else
   return __atomic_load_n(&value, __ATOMIC_RELAXED);
 #endif
 }
-inline void store_shared(uint32_t& value, uint32_t next) {
+template <typename T>
+void store_shared(T& value, T next) {
 #ifdef __cpp_lib_atomic_ref
   std::atomic_ref(value).store(next, std::memory_order_relaxed);
 #else

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "encoder/coding/precision_guard.h"
 #include "encoder/coding/quantization.h"
+#include "src/core/platform.h"
 #include "src/mesh/number_of.h"
 
 namespace psplit {
@@ -20,19 +22,32 @@ constexpr uint32_t kNoPoint = UINT32_MAX;
 using GridPlace = std::array<int32_t, 3>;
 using Values = std::array<float, 3>;
 
+constexpr size_t kPointsAtOnce = 1 << 14;
+
 // An attribute of at most three components, and its places on a grid.
 class Placed {
  public:
-  Placed(const Attribute& attribute, const AttributeCoding& grid, Span<const uint8_t> stored)
+  Placed(const Attribute& attribute, const AttributeCoding& grid, Span<const uint8_t> stored,
+         const ThreadPool& pool)
       : attribute_(attribute), stored_(stored), places_(attribute.values.size() / attribute.stride()) {
     const float scale = grid.range > 0 ? steps_of(grid) / grid.range : 0;
-    for (uint32_t point = 0; point < places_.size(); ++point) {
-      if (!is_stored(point)) continue;
-      ++stored_count_;
-      const Values value = value_of(point);
-      for (size_t c = 0; c < attribute.component_count; ++c)
-        places_[point][c] = static_cast<int32_t>(std::floor((value[c] - grid.origin[c]) * scale + 0.5f));
-    }
+    Values origin{};
+    std::ranges::copy(grid.origin, origin.begin());
+    std::atomic<size_t> stored_count = 0;
+    pool.for_ranges(places_.size(), kPointsAtOnce, [&](size_t begin, size_t end) {
+      size_t of_range = 0;
+      for (size_t i = begin; i < end; ++i) {
+        const auto point = static_cast<uint32_t>(i);
+        if (!is_stored(point)) continue;
+        ++of_range;
+        const Values value = value_of(point);
+        // Missing components are at 0, because their values and origins are.
+        for (size_t c = 0; c < value.size(); ++c)
+          places_[i][c] = rounded_down((value[c] - origin[c]) * scale + 0.5f);
+      }
+      stored_count += of_range;
+    });
+    stored_count_ = stored_count;
   }
 
   static float steps_of(const AttributeCoding& grid) { return static_cast<float>((1u << grid.bits) - 1); }
@@ -41,7 +56,8 @@ class Placed {
   bool is_stored(uint32_t point) const { return stored_.empty() || stored_[point] != 0; }
   // Not those of indices that are out of range, which check_mesh reports later.
   bool are_stored(const std::array<uint32_t, 3>& face) const {
-    return std::ranges::all_of(face, [&](uint32_t point) { return point < size() && is_stored(point); });
+    if (std::max({face[0], face[1], face[2]}) >= size()) return false;
+    return stored_.empty() || (stored_[face[0]] & stored_[face[1]] & stored_[face[2]]) != 0;
   }
   const GridPlace& operator[](uint32_t point) const { return places_[point]; }
   // Missing components are 0, and so are both zeros.
@@ -64,8 +80,14 @@ class Placed {
 
  private:
   const Attribute& attribute_;
+  // As std::floor, which is a call where processors may lack SSE4.
+  static int32_t rounded_down(float value) {
+    const auto cut = static_cast<int32_t>(value);
+    return cut - (static_cast<float>(cut) > value ? 1 : 0);
+  }
+
   const Span<const uint8_t> stored_;
-  std::vector<GridPlace> places_;
+  Array<GridPlace> places_;  // of points that are stored
   size_t stored_count_ = 0;
 };
 
@@ -112,25 +134,70 @@ bool has_area(const Placed& placed, const std::array<uint32_t, 3>& face) {
 }
 
 // The positions that are told apart, and those of them that coincide with an earlier one on the grid.
-LostShare coinciding(const Placed& placed) {
-  std::vector<uint32_t> first_at(std::bit_ceil(2 * placed.stored_count() + 1), kNoPoint);
-  const size_t mask = first_at.size() - 1;
-  LostShare share;
-  std::vector<Values> lost;
-  for (uint32_t point = 0; point < placed.size(); ++point) {
-    if (!placed.is_stored(point)) continue;
-    size_t slot = hash_of(placed[point]) & mask;
-    while (first_at[slot] != kNoPoint && placed[first_at[slot]] != placed[point]) slot = (slot + 1) & mask;
-    if (first_at[slot] == kNoPoint) {
-      first_at[slot] = point;
-      ++share.all;
-    } else if (placed.differ(first_at[slot], point)) {
-      lost.push_back(placed.value_of(point));
+class Coinciding {
+ public:
+  explicit Coinciding(const Placed& placed)
+      : placed_(placed), first_at_(std::bit_ceil(2 * placed.stored_count() + 1), kNoPoint) {}
+
+  LostShare count() {
+    for (uint32_t point = 0; point < placed_.size(); ++point) {
+      if (!placed_.is_stored(point)) continue;
+      // A slot is read when the memory had time to provide it.
+      const size_t slot = hash_of(placed_[point]) & (first_at_.size() - 1);
+      PSPLIT_PREFETCH(&first_at_[slot]);
+      waiting_[waiting_count_++] = {point, slot};
+      if (waiting_count_ == waiting_.size()) finish();
+    }
+    finish();
+    std::sort(lost_.begin(), lost_.end());
+    share_.lost = static_cast<uint64_t>(std::unique(lost_.begin(), lost_.end()) - lost_.begin());
+    share_.all += share_.lost;
+    return share_;
+  }
+
+ private:
+  void finish() {
+    for (size_t i = 0; i < waiting_count_; ++i) add(waiting_[i].point, waiting_[i].slot);
+    waiting_count_ = 0;
+  }
+  void add(uint32_t point, size_t slot) {
+    const size_t mask = first_at_.size() - 1;
+    const auto coincides = [&, &own = placed_[point]](uint32_t other) {
+      const GridPlace& place = placed_[other];  // a comparison of arrays would be a call
+      return ((place[0] ^ own[0]) | (place[1] ^ own[1]) | (place[2] ^ own[2])) == 0;
+    };
+    while (first_at_[slot] != kNoPoint && !coincides(first_at_[slot])) slot = (slot + 1) & mask;
+    if (first_at_[slot] == kNoPoint) {
+      first_at_[slot] = point;
+      ++share_.all;
+    } else if (placed_.differ(first_at_[slot], point)) {
+      lost_.push_back(placed_.value_of(point));
     }
   }
-  std::sort(lost.begin(), lost.end());
-  share.lost = static_cast<uint64_t>(std::unique(lost.begin(), lost.end()) - lost.begin());
-  share.all += share.lost;
+
+  struct Waiting {
+    uint32_t point;
+    size_t slot;
+  };
+  const Placed& placed_;
+  std::vector<uint32_t> first_at_;
+  LostShare share_;
+  std::vector<Values> lost_;
+  std::array<Waiting, 16> waiting_{};
+  size_t waiting_count_ = 0;
+};
+
+// The faces that have an area, and those of them that have none on the grid.
+LostShare flat_faces(const Placed& placed, Span<const std::array<uint32_t, 3>> faces) {
+  LostShare share;
+  for (const auto& face : faces) {
+    if (!placed.are_stored(face)) continue;
+    const auto normal = cross<int64_t>(placed[face[0]], placed[face[1]], placed[face[2]]);
+    const bool is_flat = (normal[0] | normal[1] | normal[2]) == 0;
+    if (is_flat && !has_area(placed, face)) continue;
+    ++share.all;
+    share.lost += is_flat ? 1 : 0;
+  }
   return share;
 }
 
@@ -181,22 +248,28 @@ double ValueSpread::inner_extent(size_t component) const {
 }
 
 void GridLoss::add_positions(const Mesh& mesh, const Attribute& attribute, const AttributeCoding& grid,
-                             Span<const uint8_t> stored) {
-  const Placed placed(attribute, grid, stored);
-  points += coinciding(placed);
-  for (const auto& face : mesh.faces) {
-    if (!placed.are_stored(face)) continue;
-    const auto normal = cross<int64_t>(placed[face[0]], placed[face[1]], placed[face[2]]);
-    const bool is_flat = normal == std::array<int64_t, 3>{};
-    if (is_flat && !has_area(placed, face)) continue;
-    ++faces.all;
-    faces.lost += is_flat ? 1 : 0;
-  }
+                             Span<const uint8_t> stored, const ThreadPool& pool) {
+  const Placed placed(attribute, grid, stored, pool);
+  // The first task takes longest.
+  constexpr size_t kFaces = 1 << 16;
+  std::vector<LostShare> shares(1 + (mesh.faces.size() + kFaces - 1) / kFaces);
+  pool.for_each(shares.size(), [&](size_t i) {
+    if (i == 0) {
+      shares[0] = Coinciding(placed).count();
+      return;
+    }
+    const size_t begin = (i - 1) * kFaces;
+    const size_t count = std::min(kFaces, mesh.faces.size() - begin);
+    shares[i] = flat_faces(placed, Span<const std::array<uint32_t, 3>>(mesh.faces.data() + begin, count));
+  });
+  points += shares[0];
+  for (size_t i = 1; i < shares.size(); ++i) faces += shares[i];
 }
 
 void GridLoss::add_texture_coordinates(const Mesh& mesh, const Attribute& attribute,
-                                       const AttributeCoding& grid, Span<const uint8_t> stored, double scale) {
-  const Placed placed(attribute, grid, stored);
+                                       const AttributeCoding& grid, Span<const uint8_t> stored, double scale,
+                                       const ThreadPool& pool) {
+  const Placed placed(attribute, grid, stored, pool);
   for (const auto& face : mesh.faces) {
     if (!placed.are_stored(face)) continue;
     for (size_t i = 0; i < 3; ++i) {

@@ -8,6 +8,7 @@
 #include "psplit/base.h"
 #include "psplit/encode.h"
 #include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 
@@ -53,10 +54,10 @@ struct GridLoss {
   double farthest = 0;  // that one of them moves, in textures
 
   void add_positions(const Mesh& mesh, const Attribute& attribute, const AttributeCoding& grid,
-                     Span<const uint8_t> stored);
+                     Span<const uint8_t> stored, const ThreadPool& pool);
   // `scale` enlarges the coordinates.
   void add_texture_coordinates(const Mesh& mesh, const Attribute& attribute, const AttributeCoding& grid,
-                               Span<const uint8_t> stored, double scale);
+                               Span<const uint8_t> stored, double scale, const ThreadPool& pool);
 };
 
 }  // namespace psplit

@@ -93,8 +93,9 @@ void describe(const GridLoss& loss, PrecisionFinding& finding) {
 // The mesh, with what is wanted of its attributes.
 class Guard {
  public:
-  Guard(const GuardedMesh& mesh, Span<const AttributeCoding> codings, Span<const int> wanted)
-      : mesh_(mesh), codings_(codings), wanted_(wanted), findings_(codings.size()) {}
+  Guard(const GuardedMesh& mesh, Span<const AttributeCoding> codings, Span<const int> wanted,
+        const ThreadPool& pool)
+      : mesh_(mesh), codings_(codings), wanted_(wanted), pool_(pool), findings_(codings.size()) {}
 
   Expected<std::vector<PrecisionFinding>> find() {
     std::vector<GridLoss> losses(codings_.size());
@@ -128,9 +129,9 @@ class Guard {
   void add_loss(GridLoss& loss, Measure measure, const Mesh& part, size_t i, const AttributeCoding& grid,
                 Span<const uint8_t> stored) const {
     const double scale = i < mesh_.texture_scales.size() ? mesh_.texture_scales[i] : 1;
-    if (measure == Measure::kPositions) loss.add_positions(part, part.attributes[i], grid, stored);
+    if (measure == Measure::kPositions) loss.add_positions(part, part.attributes[i], grid, stored, pool_);
     if (measure == Measure::kTextureCoordinates)
-      loss.add_texture_coordinates(part, part.attributes[i], grid, stored, scale);
+      loss.add_texture_coordinates(part, part.attributes[i], grid, stored, scale, pool_);
   }
 
   // Finds the fewest bits with which nothing collapses.
@@ -196,6 +197,7 @@ class Guard {
   const GuardedMesh& mesh_;
   const Span<const AttributeCoding> codings_;
   const Span<const int> wanted_;
+  const ThreadPool& pool_;
   std::vector<PrecisionFinding> findings_;
 };
 
@@ -204,9 +206,9 @@ std::string bits_text(int bits) { return std::to_string(bits) + (bits == 1 ? " b
 }  // namespace
 
 Expected<std::vector<PrecisionFinding>> find_losses(const GuardedMesh& mesh,
-                                                    Span<const AttributeCoding> codings,
-                                                    Span<const int> wanted) {
-  return Guard(mesh, codings, wanted).find();
+                                                    Span<const AttributeCoding> codings, Span<const int> wanted,
+                                                    const ThreadPool& pool) {
+  return Guard(mesh, codings, wanted, pool).find();
 }
 
 PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& finding, int bits,
@@ -234,8 +236,9 @@ PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& findi
 
 Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span<const Attribute> attributes,
                                                    const CodingOptions& options, Span<const int> wanted,
+                                                   const ThreadPool& pool,
                                                    std::vector<AttributeCoding>& codings) {
-  const auto findings = find_losses(mesh, codings, wanted);
+  const auto findings = find_losses(mesh, codings, wanted, pool);
   if (!findings) return findings.status();
   std::vector<PrecisionNote> notes;
   for (size_t i = 0; i < codings.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "psplit/base.h"
 #include "psplit/encode.h"
 #include "psplit/mesh.h"
+#include "psplit/parallel.h"
 
 namespace psplit {
 
@@ -47,8 +48,8 @@ struct PrecisionFinding {
 // attributes, outliers and large components must leave bits to small ones. `wanted` are the bits of each
 // attribute that are wanted (wanted_bits). Errors: those of for_each_part.
 Expected<std::vector<PrecisionFinding>> find_losses(const GuardedMesh& mesh,
-                                                    Span<const AttributeCoding> codings,
-                                                    Span<const int> wanted);
+                                                    Span<const AttributeCoding> codings, Span<const int> wanted,
+                                                    const ThreadPool& pool);
 
 // The sentence about a finding: what a grid of `bits` would lose, how the attribute is stored, and what that
 // costs. With `is_given`, the attribute stays on the grid of `bits`. `values` counts the floats of all meshes
@@ -60,6 +61,7 @@ PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& findi
 // Returns what it did, and what the others lose. Errors: those of find_losses.
 Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span<const Attribute> attributes,
                                                    const CodingOptions& options, Span<const int> wanted,
+                                                   const ThreadPool& pool,
                                                    std::vector<AttributeCoding>& codings);
 
 }  // namespace psplit

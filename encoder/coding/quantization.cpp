@@ -165,30 +165,51 @@ void CodingBounds::add(const CodingBounds& other) {
 CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t> stored) {
   CodingBounds bounds;
   if (attribute.component_type != ComponentType::kFloat32) return bounds;
-  const bool is_color = attribute.semantic.starts_with("COLOR_"), is_normal = attribute.semantic == "NORMAL";
-  const int unit_bits = bits_that_reach_the_end(bits);
-  const float unit_step = 1.0f / steps_of(unit_bits);
   const size_t components = attribute.component_count;
   const size_t count = attribute.values.size() / attribute.stride();
-  std::vector<float> value(components);
-  for (size_t i = 0; i < count; ++i) {
-    if (!stored.empty() && stored[i] == 0) continue;
-    std::memcpy(value.data(), attribute.values.data() + i * attribute.stride(), attribute.stride());
-    if (bounds.low.empty()) bounds.low = bounds.high = value;
-    double square = 0;
-    for (size_t c = 0; c < components; ++c) {
-      bounds.is_finite = bounds.is_finite && std::isfinite(value[c]);
-      bounds.low[c] = std::min(bounds.low[c], value[c]);
-      bounds.high[c] = std::max(bounds.high[c], value[c]);
-      square += double{value[c]} * double{value[c]};
-      if (bounds.common_power >= 0) bounds.common_power = std::min(bounds.common_power, power_of(value[c]));
-      if (is_color)
-        bounds.off_unit_grid =
-            std::max(bounds.off_unit_grid,
-                     std::fabs(double{grid_place(value[c], 0, 1, unit_bits) * unit_step} - double{value[c]}));
+  const auto is_stored = [&](size_t i) { return stored.empty() || stored[i] != 0; };
+  size_t first = 0;
+  while (first < count && !is_stored(first)) ++first;
+  if (first == count) return bounds;
+  // Each loop has all that it changes in registers.
+  for (size_t c = 0; c < components; ++c) {
+    constexpr uint32_t kExponent = 0x7f800000;  // of what is not finite
+    float low = float_at(attribute, first * components + c), high = low;
+    bool is_finite = true;
+    for (size_t i = first; i < count; ++i) {
+      if (!is_stored(i)) continue;
+      const float value = float_at(attribute, i * components + c);
+      is_finite &= (std::bit_cast<uint32_t>(value) & kExponent) != kExponent;
+      low = std::min(low, value);
+      high = std::max(high, value);
     }
-    if (is_normal && !is_unit_square(square)) bounds.are_unit_vectors = false;
+    bounds.low.push_back(low);
+    bounds.high.push_back(high);
+    bounds.is_finite &= is_finite;
   }
+  for (size_t i = first; i < count && bounds.common_power >= 0; ++i)
+    for (size_t c = 0; c < components && is_stored(i); ++c)
+      bounds.common_power = std::min(bounds.common_power, power_of(float_at(attribute, i * components + c)));
+  if (attribute.semantic.starts_with("COLOR_")) {
+    const int unit_bits = bits_that_reach_the_end(bits);
+    const float unit_step = 1.0f / steps_of(unit_bits);
+    for (size_t i = first; i < count; ++i)
+      for (size_t c = 0; c < components && is_stored(i); ++c) {
+        const float value = float_at(attribute, i * components + c);
+        const double off = std::fabs(double{grid_place(value, 0, 1, unit_bits) * unit_step} - double{value});
+        bounds.off_unit_grid = std::max(bounds.off_unit_grid, off);
+      }
+  }
+  if (attribute.semantic == "NORMAL")
+    for (size_t i = first; i < count && bounds.are_unit_vectors; ++i) {
+      if (!is_stored(i)) continue;
+      double square = 0;
+      for (size_t c = 0; c < components; ++c) {
+        const double value{float_at(attribute, i * components + c)};
+        square += value * value;
+      }
+      bounds.are_unit_vectors = is_unit_square(square);
+    }
   return bounds;
 }
 

@@ -118,6 +118,17 @@ bool SourceTable::link_neighbours(std::span<const std::array<uint32_t, 3>> neigh
       if (other >= i) continue;  // both faces are known at the later one, or there is no other
       const uint32_t from = faces_[i].vertex[c], to = faces_[i].vertex[core::next(c)], apex = core::previous(c);
       Face& across = faces_[other];
+      // Nearly always there is one corner across, and which one it is cannot be predicted.
+      const uint32_t v0 = across.vertex[0], v1 = across.vertex[1], v2 = across.vertex[2];
+      const uint32_t is_first = (v1 == to ? 1u : 0u) & (v2 == from ? 1u : 0u),
+                     is_second = (v2 == to ? 1u : 0u) & (v0 == from ? 1u : 0u),
+                     is_third = (v0 == to ? 1u : 0u) & (v1 == from ? 1u : 0u);
+      const uint32_t only = is_third != 0 ? 2 : is_second, tip = across.vertex[only];
+      if (is_first + is_second + is_third == 1 && tip != faces_[i].vertex[apex] && tip != from && tip != to) {
+        faces_[i].opposite[apex] = 4 * other + only;
+        across.opposite[only] = 4 * i + apex;
+        continue;
+      }
       for (uint32_t k = 0; k < 3; ++k) {
         const uint32_t a = across.vertex[core::next(k)], b = across.vertex[core::previous(k)];
         if (a == to && b == from && across.vertex[k] != faces_[i].vertex[apex]) {

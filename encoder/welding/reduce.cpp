@@ -1,14 +1,21 @@
 #include "encoder/welding/reduce.h"
 
 #include <algorithm>
+#include <atomic>
 #include <compare>
 #include <cstring>
 #include <utility>
 
 #include "src/mesh/select_points.h"
+#include "src/shared_values.h"
 
 namespace psplit {
 namespace {
+
+constexpr size_t kFacesAtOnce = 1 << 14;
+
+// Several threads may set the same flag.
+void set_flag(uint8_t& flag) { store_shared(flag, uint8_t{1}); }
 
 // Removes the groups of `alike` that would change the topology of the mesh whose groups of `equal` are merged.
 void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::vector<uint32_t>& alike) {
@@ -44,6 +51,7 @@ void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::ve
 
 ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const ThreadPool& pool,
                    std::span<const std::byte> extra, size_t extra_stride) {
+  ReducedMesh reduced;
   std::vector<uint32_t> lowest;
   if (!options.keep_duplicates) {
     lowest = find_duplicates(input, extra, extra_stride, pool);
@@ -52,37 +60,64 @@ ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, const Thread
       equal.swap(lowest);
       if (lowest != equal) keep_topology(input, equal, lowest);
     }
+    // Points that are equal in all they have are merged.
+    reduced.differ_in_positions = input.attributes.size() == 1 && extra_stride == 0;
+    if (are_all_lowest(lowest)) lowest = std::vector<uint32_t>();
   }
   const auto representative = [&](uint32_t point) { return lowest.empty() ? point : lowest[point]; };
-
-  ReducedMesh reduced;
-  Array<std::array<uint32_t, 3>> faces;
-  faces.reserve(input.faces.size());
+  const auto is_dropped = [&](const std::array<uint32_t, 3>& merged) {
+    return options.drop_degenerate && repeats_a_point(merged);
+  };
   std::vector<uint8_t> used(input.point_count, options.drop_unused ? 0 : 1);
-  for (const auto& face : input.faces) {
-    const std::array<uint32_t, 3> merged = {representative(face[0]), representative(face[1]),
-                                            representative(face[2])};
-    if (options.drop_degenerate && repeats_a_point(merged)) {
-      ++reduced.dropped_faces;
-      continue;
+  std::vector<size_t> kept_faces((input.faces.size() + kFacesAtOnce - 1) / kFacesAtOnce);  // of each range
+  pool.for_ranges(input.faces.size(), kFacesAtOnce, [&](size_t begin, size_t end) {
+    size_t kept = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const auto& [a, b, c] = input.faces[i];
+      const std::array<uint32_t, 3> merged = {representative(a), representative(b), representative(c)};
+      if (is_dropped(merged)) continue;
+      ++kept;
+      for (const uint32_t point : merged) set_flag(used[point]);
     }
-    for (const uint32_t point : merged) used[point] = 1;
-    faces.push_back(merged);
-  }
-
+    kept_faces[begin / kFacesAtOnce] = kept;
+  });
+  size_t face_count = 0;
+  for (size_t& kept : kept_faces)
+    face_count += std::exchange(kept, face_count);  // the first face of each range
+  reduced.dropped_faces = input.faces.size() - face_count;
   for (uint32_t point = 0; point < input.point_count; ++point) {
-    if (representative(point) != point)
-      ++reduced.merged_points;
-    else if (!used[point])
-      ++reduced.dropped_points;
-    else
-      reduced.source_point.push_back(point);
+    const bool is_merged = representative(point) != point;
+    reduced.merged_points += is_merged ? 1 : 0;
+    reduced.dropped_points += !is_merged && used[point] == 0 ? 1 : 0;
   }
-  reduced.mesh = select_points(input, reduced.source_point, std::move(faces));
+  if (reduced.is_unchanged() && options.leaves_unchanged) return reduced;
+
+  reduced.source_point.reserve(input.point_count - reduced.merged_points - reduced.dropped_points);
+  std::vector<uint32_t> number(input.point_count);  // of each point that a face uses, in the reduced mesh
+  for (uint32_t point = 0; point < input.point_count; ++point) {
+    const uint32_t lower = representative(point);
+    if (lower != point) {
+      number[point] = number[lower];
+    } else if (used[point] != 0) {
+      number[point] = static_cast<uint32_t>(reduced.source_point.size());
+      reduced.source_point.push_back(point);
+    }
+  }
+  lowest = std::vector<uint32_t>();
+  reduced.mesh = select_points(input, reduced.source_point);
+  reduced.mesh.faces.resize(face_count);
+  pool.for_ranges(input.faces.size(), kFacesAtOnce, [&](size_t begin, size_t end) {
+    auto to = reduced.mesh.faces.begin() + static_cast<std::ptrdiff_t>(kept_faces[begin / kFacesAtOnce]);
+    for (size_t i = begin; i < end; ++i) {
+      const auto& [a, b, c] = input.faces[i];
+      const std::array<uint32_t, 3> numbered = {number[a], number[b], number[c]};
+      if (!options.drop_degenerate || !repeats_a_point(numbered)) *to++ = numbered;
+    }
+  });
   return reduced;
 }
 
-std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& options,
+std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& options, const ThreadPool& pool,
                                    std::span<const std::byte> extra, size_t extra_stride) {
   std::vector<uint8_t> stored(mesh.point_count, options.drop_unused ? 0 : 1);
   if (!options.drop_unused) return stored;
@@ -96,13 +131,29 @@ std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& option
                                }) &&
            (extra_stride == 0 || rows_equal(extra, extra_stride, a, b));
   };
-  for (const auto& face : mesh.faces) {
-    const auto& [a, b, c] = face;
-    if (stored[a] != 0 && stored[b] != 0 && stored[c] != 0) continue;
-    const bool merges_points = !options.keep_duplicates && (merges(a, b) || merges(b, c) || merges(c, a));
-    if (options.drop_degenerate && (repeats_a_point(face) || merges_points)) continue;
-    for (const uint32_t point : face) stored[point] = 1;
-  }
+  // Points of a face nearly always differ in the first bytes of their positions.
+  const Attribute* const positions = mesh.find("POSITION");
+  const bool has_words = positions != nullptr && positions->stride() >= sizeof(uint64_t);
+  const auto may_merge = [&](const std::array<uint32_t, 3>& face) {
+    if (!has_words) return true;
+    const auto word = [&](uint32_t point) {
+      uint64_t bytes = 0;
+      std::memcpy(&bytes, positions->values.data() + point * positions->stride(), sizeof bytes);
+      return bytes;
+    };
+    const uint64_t a = word(face[0]), b = word(face[1]), c = word(face[2]);
+    return a == b || b == c || c == a;
+  };
+  pool.for_ranges(mesh.faces.size(), kFacesAtOnce, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto& [a, b, c] = mesh.faces[i];
+      if (options.drop_degenerate && may_merge(mesh.faces[i])) {
+        const bool merges_points = !options.keep_duplicates && (merges(a, b) || merges(b, c) || merges(c, a));
+        if (repeats_a_point(mesh.faces[i]) || merges_points) continue;
+      }
+      for (const uint32_t point : mesh.faces[i]) set_flag(stored[point]);
+    }
+  });
   return stored;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <numeric>
 
 #include "src/core/platform.h"
 
@@ -170,6 +171,12 @@ std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std:
   return lowest;
 }
 
+bool are_all_lowest(std::span<const uint32_t> lowest) {
+  uint32_t differences = 0;  // without a branch that would keep the loop from being done by vectors
+  for (uint32_t row = 0; row < lowest.size(); ++row) differences |= lowest[row] ^ row;
+  return differences == 0;
+}
+
 std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride,
                                       const ThreadPool& pool, const ComparedBytes& compared) {
   std::vector<uint32_t> lowest;
@@ -178,13 +185,13 @@ std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byt
     const Array<std::byte> bytes = compared ? compared(i) : Array<std::byte>();
     lowest = lowest_equal_rows(mesh.point_count, bytes.empty() ? attribute.values : bytes, attribute.stride(),
                                lowest, pool);
-    if (std::ranges::adjacent_find(lowest, std::greater_equal()) == lowest.end()) return lowest;  // all differ
+    if (are_all_lowest(lowest)) return lowest;
   }
   if (extra_stride > 0) lowest = lowest_equal_rows(mesh.point_count, extra, extra_stride, lowest, pool);
   return lowest;
 }
 
-WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
+WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool, bool differ_in_positions) {
   WeldedMesh welded;
   welded.mesh = &mesh;
   const size_t attribute_count = mesh.attributes.size();
@@ -194,21 +201,28 @@ WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
     return lowest_equal_rows(mesh.point_count, mesh.attributes[i].values, mesh.attributes[i].stride(), group,
                              pool);
   };
-  welded.value_of_point[position] = rows(position, {});
+  if (differ_in_positions) {
+    welded.value_of_point[position].resize(mesh.point_count);
+    std::iota(welded.value_of_point[position].begin(), welded.value_of_point[position].end(), 0u);
+  } else {
+    welded.value_of_point[position] = rows(position, {});
+  }
   pool.for_each(attribute_count, [&](size_t i) {
     if (i != position) welded.value_of_point[i] = rows(i, welded.value_of_point[position]);
   });
 
   std::vector<uint32_t>& last =
       welded.value_of_point[position + 1 == attribute_count ? 0 : attribute_count - 1];
-  for (const uint32_t point : full_duplicates(welded, welded.value_of_point[position], pool))
-    last[point] = point;
+  if (!differ_in_positions)
+    for (const uint32_t point : full_duplicates(welded, welded.value_of_point[position], pool))
+      last[point] = point;
   welded.seams_of = find_seams_of(welded, position);
   return welded;
 }
 
 void separate_flat_faces(WeldedMesh& welded) {
   std::vector<uint32_t>& vertex = welded.value_of_point[position_index(*welded.mesh)];
+  if (are_all_lowest(vertex)) return;
   for (const auto& face : welded.mesh->faces)
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t a = face[c], b = face[(c + 1) % 3];

@@ -29,6 +29,9 @@ struct WeldedMesh {
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
                                         std::span<const uint32_t> group, const ThreadPool& pool);
 
+// Whether no row equals a lower one.
+bool are_all_lowest(std::span<const uint32_t> lowest);
+
 // Returns the bytes by which the values of an attribute, given by its index, are compared, with the attribute's
 // stride. None: the values themselves.
 using ComparedBytes = std::function<Array<std::byte>(size_t)>;
@@ -38,8 +41,9 @@ std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byt
                                       const ThreadPool& pool, const ComparedBytes& compared = {});
 
 // Points of equal position share a vertex, and points of one vertex share equal values. If points are equal in
-// every attribute, each gets a value of its own in the last attribute, so that they stay apart.
-WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool);
+// every attribute, each gets a value of its own in the last attribute, so that they stay apart. With
+// `differ_in_positions`, all positions are known to differ.
+WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool, bool differ_in_positions = false);
 
 // Gives different vertices to the different points of each face: morph targets and skins may move points apart
 // that have one position. Then Edgebreaker can encode every face that repeats no index.

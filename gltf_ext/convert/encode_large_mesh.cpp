@@ -64,6 +64,7 @@ Expected<std::vector<AttributeCoding>> codings_of(const LargeMesh& mesh, const C
 Expected<std::vector<PrecisionNote>> guard_parts(const LargeMesh& mesh, CellParts& parts,
                                                  const CodingOptions& options,
                                                  const std::map<std::string, double>& texture_scales,
+                                                 const ThreadPool& pool,
                                                  std::vector<AttributeCoding>& codings) {
   GuardedMesh guarded{[&](const GuardedMesh::VisitPart& visit) {
     for (uint32_t number = 0; number < parts.part_count(); ++number) {
@@ -79,7 +80,7 @@ Expected<std::vector<PrecisionNote>> guard_parts(const LargeMesh& mesh, CellPart
     const auto scale = texture_scales.find(attribute.semantic);
     guarded.texture_scales.push_back(scale == texture_scales.end() ? 1 : scale->second);
   }
-  return guard_codings(guarded, mesh.attributes(), options, wanted, codings);
+  return guard_codings(guarded, mesh.attributes(), options, wanted, pool, codings);
 }
 
 // Rounds the weights of the parts that it passes on, as plan() does.
@@ -153,7 +154,8 @@ Expected<EncodeJob> encode_large_mesh(const LargeMesh& mesh, const EncodeDocumen
   if (!parts) return parts.status();
   Expected<std::vector<AttributeCoding>> codings = codings_of(mesh, **parts, options);
   if (!codings) return codings.status();
-  Expected<std::vector<PrecisionNote>> notes = guard_parts(mesh, **parts, coding, texture_scales, *codings);
+  Expected<std::vector<PrecisionNote>> notes =
+      guard_parts(mesh, **parts, coding, texture_scales, pool, *codings);
   if (!notes) return notes.status();
   const CellStatistics& statistics = (*parts)->statistics();
   std::atomic<size_t> done = 0;

@@ -77,6 +77,13 @@ Status read_indices(const ValuesView& indices, size_t first, uint32_t point_coun
   }
   const size_t width = indices.value_bytes();
   const uint32_t restart = width == 4 ? UINT32_MAX : (1u << 8 * width) - 1;
+  if (width == sizeof(uint32_t) && indices.step() == width && !to.empty()) {
+    std::memcpy(to.data(), indices.at(first), to.size_bytes());
+    // If any is wrong, the loop tells which.
+    uint32_t largest = 0;
+    for (const uint32_t index : to) largest = std::max(largest, index);
+    if (largest < point_count && largest != restart) return {};
+  }
   for (size_t i = 0; i < to.size(); ++i) {
     to[i] = 0;
     std::memcpy(&to[i], indices.at(first + i), width);  // little-endian, as glTF

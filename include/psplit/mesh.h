@@ -177,19 +177,29 @@ struct ValueBounds {
  private:
   template <typename T>
   void add_as(const std::byte* values, size_t count, size_t stride) {
-    for (size_t c = 0; c < least.size(); ++c) {
-      T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
-      for (size_t i = 0; i < count; ++i) {
+    size_t c = 0;
+    for (; c + 3 <= least.size(); c += 3) add_components<T, 3>(c, values, count, stride);
+    for (; c < least.size(); ++c) add_components<T, 1>(c, values, count, stride);
+  }
+  // Components c to c + kCount - 1. Each one waits for its last result, so several are taken in turn.
+  template <typename T, size_t kCount>
+  void add_components(size_t c, const std::byte* values, size_t count, size_t stride) {
+    std::array<T, kCount> low, high;
+    low.fill(std::numeric_limits<T>::max());
+    high.fill(std::numeric_limits<T>::lowest());
+    for (size_t i = 0; i < count; ++i)
+      for (size_t k = 0; k < kCount; ++k) {
         T value;
-        std::memcpy(&value, values + i * stride + c * sizeof(T), sizeof(T));
-        if constexpr (std::is_floating_point_v<T>)
-          if (!std::isfinite(value)) continue;
-        low = std::min(low, value);
-        high = std::max(high, value);
+        std::memcpy(&value, values + i * stride + (c + k) * sizeof(T), sizeof(T));
+        bool is_finite = true;
+        if constexpr (std::is_floating_point_v<T>) is_finite = std::isfinite(value);
+        low[k] = is_finite && value < low[k] ? value : low[k];
+        high[k] = is_finite && high[k] < value ? value : high[k];
       }
-      if (low > high) continue;
-      least[c] = std::min(least[c], static_cast<double>(low));
-      most[c] = std::max(most[c], static_cast<double>(high));
+    for (size_t k = 0; k < kCount; ++k) {
+      if (low[k] > high[k]) continue;
+      least[c + k] = std::min(least[c + k], static_cast<double>(low[k]));
+      most[c + k] = std::max(most[c + k], static_cast<double>(high[k]));
     }
   }
 };

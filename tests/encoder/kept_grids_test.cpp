@@ -39,7 +39,7 @@ AttributeCoding chosen_for(Mesh mesh, const AttributeCoding& stated) {
   MeshToEncode* const meshes[] = {&source};
   EncodeOptions options;
   options.keep_unused = true;
-  return choose_shared_codings(meshes, options, ThreadPool(1))[0][0];
+  return choose_shared_codings(meshes, options, ThreadPool(1)).codings[0][0];
 }
 
 // A stream with a value beyond the range states a larger range, so that it cannot be on the stated grid.

@@ -19,7 +19,7 @@ inline std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOp
     visit(mesh, {});
     return Status();
   }};
-  auto notes = guard_codings(whole, mesh.attributes, options, wanted, codings);
+  auto notes = guard_codings(whole, mesh.attributes, options, wanted, ThreadPool(1), codings);
   return notes ? std::move(*notes) : std::vector<PrecisionNote>();
 }
 

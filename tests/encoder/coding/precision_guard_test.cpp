@@ -121,7 +121,8 @@ TEST(PrecisionGuard, ScalesOfTexturesCount) {
                              return Status();
                            },
                            {1, 1000}};
-  const auto notes = must(guard_codings(scaled, mesh.attributes, {}, std::vector{14, 12}, codings));
+  const auto notes =
+      must(guard_codings(scaled, mesh.attributes, {}, std::vector{14, 12}, ThreadPool(1), codings));
   EXPECT_EQ(notes.size(), 1u);
   EXPECT_LE(1000 * farthest(Sheet().texture, codings[1]), kTextureError);
 }
@@ -241,7 +242,8 @@ TEST(PrecisionGuard, UnstoredPointsDoNotCount) {
     visit(mesh, stored);
     return Status();
   }};
-  EXPECT_TRUE(must(guard_codings(guarded, mesh.attributes, {}, std::vector{14, 12}, codings)).empty());
+  EXPECT_TRUE(
+      must(guard_codings(guarded, mesh.attributes, {}, std::vector{14, 12}, ThreadPool(1), codings)).empty());
   EXPECT_EQ(codings[1].bits, 12);
 }
 

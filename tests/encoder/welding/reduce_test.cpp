@@ -55,7 +55,8 @@ TEST(Reduce, KnowsStoredPointsBefore) {
     const ReduceOptions options{(k & 1) != 0, (k & 2) != 0, (k & 4) != 0};
     const auto more = std::span(extra).first(k < 8 ? 0 : extra.size());
     const ReducedMesh reduced = reduce(mesh, options, ThreadPool(2), more, more.size() / mesh.point_count);
-    const std::vector<uint8_t> stored = stored_points(mesh, options, more, more.size() / mesh.point_count);
+    const std::vector<uint8_t> stored =
+        stored_points(mesh, options, ThreadPool(2), more, more.size() / mesh.point_count);
     std::set<float> expected, actual;  // values, because either of two equal points may be the stored one
     const auto value = [&](uint32_t point) {
       return reinterpret_cast<const float*>(mesh.attributes[0].values.data())[point];
