@@ -1,5 +1,5 @@
 """The rows of encoding: `gltf-psplit encode` beside draco_encoder on mesh files, and 10,000 small assets, as tables for
-docs/benchmarks.md."""
+docs/measured/encoding.md."""
 import os, pathlib, re, shutil, statistics, subprocess, sys, tempfile, time
 
 from benchmarks.programs import build, processor_name
