@@ -38,10 +38,13 @@ constexpr std::chrono::milliseconds kSleep{100};
 
 // ---- Samples ----
 
-void write_sample(const std::string& path, const Json& head, const std::vector<uint8_t>& bytes) {
-  std::ofstream(path + ".json") << head;
-  std::ofstream(path + ".bin", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+Status write_sample(const std::string& path, const Json& head, const std::vector<uint8_t>& bytes) {
+  std::ofstream text(path + ".json"), binary(path + ".bin", std::ios::binary);
+  text << head;
+  binary.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  text.close();
+  binary.close();
+  return text && binary ? Status() : runtime_failure(path + " cannot be written");
 }
 
 Json request_json(const AttributeRequest& request) {
@@ -52,7 +55,8 @@ Json request_json(const AttributeRequest& request) {
           {"normalized", request.normalized}};
 }
 
-void write_streams(const std::string& path, const AssetPrimitives& asset, std::span<const EncodedMesh> meshes) {
+Status write_streams(const std::string& path, const AssetPrimitives& asset,
+                     std::span<const EncodedMesh> meshes) {
   Json head{{"faces", asset.faces}, {"meshes", Json::array()}};
   std::vector<uint8_t> all;
   for (const EncodedMesh& mesh : meshes) {
@@ -62,10 +66,10 @@ void write_streams(const std::string& path, const AssetPrimitives& asset, std::s
     head["meshes"].push_back(std::move(row));
     all.insert(all.end(), piece.bytes.begin(), piece.bytes.end());
   }
-  write_sample(path, head, all);
+  return write_sample(path, head, all);
 }
 
-void write_meshopt(const std::string& path, const AssetPrimitives& asset) {
+Status write_meshopt(const std::string& path, const AssetPrimitives& asset) {
   Json head{{"faces", asset.faces}, {"meshes", Json::array()}};
   std::vector<uint8_t> all;
   for (const MeshoptMesh& mesh : asset.meshopt) {
@@ -76,7 +80,7 @@ void write_meshopt(const std::string& path, const AssetPrimitives& asset) {
     head["meshes"].push_back(std::move(row));
     all.insert(all.end(), mesh.with_zstd.begin(), mesh.with_zstd.end());
   }
-  write_sample(path, head, all);
+  return write_sample(path, head, all);
 }
 
 Status write_samples(const std::string& path, const AssetPrimitives& asset, const ThreadPool& pool) {
@@ -85,10 +89,9 @@ Status write_samples(const std::string& path, const AssetPrimitives& asset, cons
   for (const auto& [codec, options] : {std::pair("psplit", ours), std::pair("libdraco", stock)}) {
     const auto meshes = encode_asset_primitives(asset, options, pool);
     if (!meshes) return meshes.status();
-    write_streams(path + "." + codec, asset, *meshes);
+    if (Status status = write_streams(path + "." + codec, asset, *meshes); !status.ok()) return status;
   }
-  write_meshopt(path + ".meshoptimizer", asset);
-  return {};
+  return write_meshopt(path + ".meshoptimizer", asset);
 }
 
 // `count` meshes of that shape, with seeds of their own.
@@ -146,6 +149,7 @@ Sample read_sample(const std::string& path) {
   Json head;
   std::ifstream(path + ".json") >> head;
   std::ifstream file(path + ".bin", std::ios::binary);
+  file.exceptions(std::ios::failbit | std::ios::badbit);  // a sample that ends early is not to be timed
   Sample sample;
   sample.faces = head.at("faces");
   for (const Json& row : head.at("meshes")) {

@@ -78,6 +78,7 @@ std::string text_of(const Json& json, int indent) {
     } else if (is_part_of_number(text[i])) {
       while (end < text.size() && is_part_of_number(text[end])) ++end;
       if (end - i > kMostFewest) {
+        if (copied == 0) result.reserve(text.size());
         result.append(text, copied, i - copied);
         append_number(std::string_view(text).substr(i, end - i), result);
         copied = end;
@@ -86,7 +87,8 @@ std::string text_of(const Json& json, int indent) {
     i = end;
   }
   if (copied == 0) return text;
-  return result.append(text, copied);
+  result.append(text, copied);
+  return result;
 }
 
 }  // namespace

@@ -73,6 +73,14 @@ def where_the_rival_wins(assets):
 
 # ---- Assets in patches: what `gltf-psplit compare --format json` says ----
 
+def is_cut(split):
+    return split["directory_bytes"] > 0
+
+
+def way_of(split):
+    return f"{split['patches']:,} patch{'' if split['patches'] == 1 else 'es'}" if is_cut(split) else "one stream a primitive"
+
+
 def contenders(report):
     """Of one report of `compare`: the rows of a table, as {name: (bytes, milliseconds on one thread, on several or None)}."""
     stock = report["stock"]
@@ -80,7 +88,7 @@ def contenders(report):
     for split in report["splits"]:
         ours = {row["threads"]: row["median_ms"] for row in split["decode"] if row["backend"] == "cpu"}
         many = [ours[threads] for threads in ours if threads > 1]
-        rows[f"psplit, {split['patches']:,} patch{'' if split['patches'] == 1 else 'es'}"] = (split["bytes"], ours[1], min(many, default=None))
+        rows[f"psplit, {way_of(split)}"] = (split["bytes"], ours[1], min(many, default=None))
     for form in kForms:
         row = report.get({"plain": "meshopt_plain", "zstd": "meshopt", "brotli": "meshopt_brotli"}[form])
         if row:
@@ -115,11 +123,11 @@ def summarize(reports):
 
 
 def newest_rival(reports):
-    """A sentence about the newest meshoptimizer, of the last report, with what makes its bytes fewest, beside the split of the first
-    one that is in more than one patch, or the only one."""
+    """A sentence about the newest meshoptimizer, of the last report, with what makes its bytes fewest, beside the first
+    split in patches, or the only one."""
     report = reports[-1]
     splits = report["splits"]
-    split = next((split for split in splits if split["patches"] > 1), splits[0])
+    split = next(filter(is_cut, splits), splits[0])
     ours = contenders({**report, "splits": [split]})
     rivals = {name: row for name, row in ours.items() if name.startswith("meshoptimizer")}
     name = min(rivals, key=lambda name: rivals[name][0])
@@ -130,8 +138,8 @@ def newest_rival(reports):
         if name in rows:
             times.append(next(row[1] for key, row in rows.items() if key.startswith("psplit")) / rows[name][1])
     ratio, bytes_ratio = statistics.median(times), rivals[name][0] / size
-    many = "1 patch" if split["patches"] == 1 else f"{split['patches']:,} patches"
-    return (f"{name} decodes {ratio:.1f} times as fast as {many} of psplit on one thread, and takes {bytes_ratio:.2f} times the bytes.")
+    speed = f"decodes {ratio:.1f} times as fast as" if ratio >= 1 else f"takes {1 / ratio:.1f} times as long to decode as"
+    return f"{name} {speed} psplit's {way_of(split)} on one thread, and takes {bytes_ratio:.2f} times the bytes."
 
 
 # ---- First decodes: rounds of {decoder: a line of first_decode} ----

@@ -23,7 +23,7 @@ def asset_of(new_bytes, faces=20000):
 def report_of(version, codec, ours_ms, stock_ms, rival_ms, patches=(1, 8)):
     """What `compare --format json` says."""
     row = lambda size, ms: {"version": version, "codec_version": codec, "bytes": size, "decode_ms": ms}
-    split = lambda count: {"patches": count, "bytes": 1000 + count, "decode": [
+    split = lambda count: {"patches": count, "bytes": 1000 + count, "directory_bytes": 0 if count == 1 else 64, "decode": [
         {"backend": "draco", "threads": 1, "median_ms": 99, "lower_quartile_ms": 0, "upper_quartile_ms": 99},
         *({"backend": "cpu", "threads": threads, "median_ms": ours_ms / threads, "lower_quartile_ms": 0.9 * ours_ms / threads,
            "upper_quartile_ms": 1.2 * ours_ms / threads} for threads in (1, 2))]}
@@ -69,9 +69,10 @@ class Patches(unittest.TestCase):
 
     def test_the_sentence_takes_the_smallest_form_of_the_last_build(self):
         reports = [report_of("0.18", 0, 10, 30, 2), report_of("1.2", 1, 12, 60, 2)]
-        self.assertEqual(rivals.newest_rival(reports), "meshoptimizer 1.2, codec 1, brotli decodes 2.0 times as fast as 8 patches of psplit "
+        self.assertEqual(rivals.newest_rival(reports), "meshoptimizer 1.2, codec 1, brotli decodes 2.0 times as fast as psplit's 8 patches "
                          "on one thread, and takes 1.19 times the bytes.")
-        self.assertIn("as fast as 1 patch of psplit", rivals.newest_rival([report_of("1.2", 1, 12, 60, 2, patches=(1,))]))
+        self.assertIn("as fast as psplit's one stream a primitive", rivals.newest_rival([report_of("1.2", 1, 12, 60, 2, patches=(1,))]))
+        self.assertIn("takes 2.0 times as long to decode as psplit's", rivals.newest_rival([report_of("1.2", 1, 12, 60, 8)]))
 
     def test_spreads_are_psplits(self):
         for spread in rivals.spreads_of(report_of("1.2", 1, 10, 30, 2)):

@@ -9,6 +9,7 @@
 #include <random>
 #include <tuple>
 
+#include "src/core/seams.h"
 #include "tests/src/core/clers_mesh.h"
 #include "tests/src/core/rans_encoder.h"
 #include "tests/src/core/small_mesh.h"
@@ -171,13 +172,12 @@ std::unique_ptr<ClersMesh> random_mesh(std::mt19937& random) {
 }
 
 // The values' order of a traversal, or any order in which each value is met at any corner of its vertex.
-Sequence<uint16_t> random_sequence(const Connectivity<uint16_t>& mesh, bool is_traversal, std::mt19937& random,
-                                   Arena& arena) {
+Sequence<uint16_t> random_sequence(const AttributeTable<uint16_t>& mesh, bool is_traversal,
+                                   std::mt19937& random, Arena& arena) {
   Sequence<uint16_t> out;
   if (!out.allocate(mesh.vertex_count, arena)) __builtin_trap();
   if (is_traversal) {
-    const AttributeTable<uint16_t> table{mesh.table, mesh.closed, mesh.vertex_count, false};
-    EXPECT_EQ(traverse(table, random() % 2 == 0, arena, out), Fault::kNone);
+    EXPECT_EQ(traverse(mesh, random() % 2 == 0, arena, out), Fault::kNone);
     return out;
   }
   std::vector<uint16_t> order(mesh.vertex_count);
@@ -186,16 +186,36 @@ Sequence<uint16_t> random_sequence(const Connectivity<uint16_t>& mesh, bool is_t
   for (uint16_t i = 0; i < order.size(); ++i) out.rank[order[i]] = i;
   for (uint16_t corner = 0; corner < mesh.table.vertex.size(); ++corner) {
     uint16_t& met = out.corner[out.rank[mesh.table.vertex[corner]]];
-    if (corner % 4 != 3 && (met / 4 >= mesh.counts.face_count || random() % 3 == 0 ||
+    if (corner % 4 != 3 && (met >= mesh.table.vertex.size() || random() % 3 == 0 ||
                             mesh.table.vertex[met] != mesh.table.vertex[corner]))
       met = corner;
   }
   return out;
 }
 
+// The mesh's own table, or the table of an attribute with a seam at one of `one_of` inner edges, or so.
+AttributeTable<uint16_t> random_table(const Connectivity<uint16_t>& mesh, uint32_t one_of, std::mt19937& random,
+                                      Arena& arena) {
+  AttributeTable<uint16_t> out{mesh.table, mesh.closed, mesh.vertex_count, false};
+  if (one_of == 0) return out;
+  View<uint16_t> edges, value_counts;
+  View<uint8_t> bits;
+  View<bool> on_seam;
+  if (!arena.take(edges, mesh.table.vertex.size()) || !arena.take(bits, mesh.table.vertex.size()) ||
+      !arena.take(value_counts, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count))
+    __builtin_trap();
+  edges = edges.first(list_inner_edges(mesh.table, edges));
+  bits = bits.first(edges.size());
+  for (size_t i = 0; i < bits.size(); ++i) bits[i] = random() % one_of == 0 ? 1 : 0;
+  EXPECT_EQ(cut_seams(mesh, edges, View<const uint8_t>(bits), arena, out, on_seam), Fault::kNone);
+  if (out.has_seams) number_attribute_vertices(mesh, View<const bool>(on_seam), value_counts, out);
+  return out;
+}
+
 TEST(Prediction, ParallelogramsFromFacesAreThoseAroundTheVertex) {
   std::mt19937 random(51);
   std::array<uint32_t, kMaxParallelograms + 1> seen{};
+  uint32_t seamed = 0;
   for (uint32_t meshes = 0; meshes < 300;) {
     const std::unique_ptr<ClersMesh> decoded = random_mesh(random);
     if (decoded == nullptr) continue;
@@ -203,9 +223,12 @@ TEST(Prediction, ParallelogramsFromFacesAreThoseAroundTheVertex) {
     const Connectivity<uint16_t>& mesh = decoded->mesh;
     std::vector<uint8_t> memory(1 << 20);
     Arena arena(memory.data(), memory.size());
+    constexpr uint32_t kSeams[] = {0, 2, 10};
+    const AttributeTable<uint16_t> table = random_table(mesh, kSeams[meshes % 3], random, arena);
+    seamed += table.has_seams ? 1 : 0;
     PredictedValues<uint16_t, 1> on;
-    on.table = mesh.table;
-    on.sequence = random_sequence(mesh, meshes % 2 == 0, random, arena);
+    on.table = table.table;
+    on.sequence = random_sequence(table, meshes % 2 == 0, random, arena);
     ParallelogramFinder<uint16_t> finder;
     ASSERT_EQ(finder.find(on.table, on.sequence, arena), Fault::kNone);
     for (uint32_t i = 0; i < on.sequence.count; ++i) {
@@ -216,6 +239,7 @@ TEST(Prediction, ParallelogramsFromFacesAreThoseAroundTheVertex) {
     }
   }
   for (const uint32_t count : seen) EXPECT_GT(count, 100u);
+  EXPECT_GT(seamed, 100u);
 }
 
 // The square in space, in four places a vertex.
