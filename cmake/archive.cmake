@@ -29,14 +29,14 @@ if(Python3_FOUND)
     list(APPEND lacks libpng)
   endif()
   list(JOIN lacks ", " lacks)
-  set(places README.md CHANGELOG.md docs gltf_ext/PSPLIT_mesh_draco_patches)
+  set(places README.md SECURITY.md CHANGELOG.md docs gltf_ext/PSPLIT_mesh_draco_patches)
   set(pages ${PROJECT_BINARY_DIR}/pages)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS docs/* gltf_ext/PSPLIT_mesh_draco_patches/*)
   set(script ${PROJECT_SOURCE_DIR}/scripts/packages/pages.py)
   add_custom_command(OUTPUT ${pages}/README.md
                      COMMAND ${CMAKE_COMMAND} -E rm -rf ${pages}
                      COMMAND ${Python3_EXECUTABLE} ${script} ${pages} "--without=${lacks}" ${places}
-                     DEPENDS README.md CHANGELOG.md ${sources} ${script} VERBATIM)
+                     DEPENDS README.md SECURITY.md CHANGELOG.md ${sources} ${script} VERBATIM)
   add_custom_target(psplit_pages ALL DEPENDS ${pages}/README.md)
   install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT command)
 else()

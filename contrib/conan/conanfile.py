@@ -34,7 +34,7 @@ class Psplit(ConanFile):
 
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..")
-        for pattern in ("CMakeLists.txt", "LICENSE", "README.md", "CHANGELOG.md", "cmake/*", "third_party/*", "src/*", "bindings/*", "encoder/*",
+        for pattern in ("CMakeLists.txt", "LICENSE", "README.md", "SECURITY.md", "CHANGELOG.md", "cmake/*", "third_party/*", "src/*", "bindings/*", "encoder/*",
                         "decoder_cuda/*", "gltf_ext/*", "mesh_files/*", "system/*", "docs/manual.md"):
             copy(self, pattern, root, self.export_sources_folder)
 
