@@ -4,7 +4,7 @@
   compare_bytes.py --psplit COMMAND --corpus FOLDER [--most N]
 
 Takes the N smallest well-formed files of the corpus that `compare` accepts (not those that are compressed already), and
-compares `compare --patches 3,9` with `encode --always-patches --morph-targets sparse --patches 3` and 9: stock Draco, with
+compares `compare --patches 3,9` with `encode --morph-targets sparse --patches 3` and 9: stock Draco, with
 which it compares, has no morph targets. Exits with 77 (skipped) if there is no
 corpus: it is not part of the project.
 """
@@ -27,7 +27,7 @@ def run(*command):
 
 
 def encoded(file, count, output):
-    code, report, said = run("encode", "-q", "-j", 1, "--always-patches", "--morph-targets", "sparse", "--patches", count,
+    code, report, said = run("encode", "-q", "-j", 1, "--morph-targets", "sparse", "--patches", count,
                              file, output, "--report", "-")
     if code != 0:
         return f"encode exits with {code}: {said}"
