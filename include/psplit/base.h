@@ -1,4 +1,4 @@
-// What all public headers use: views of arrays, and errors with their place.
+// Used by all public headers: views of arrays, and errors with their place.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 #include <ranges>
 #endif
 
-// PSPLIT_EXPORT marks the functions and classes that shared libraries export. All others are hidden in them.
+// PSPLIT_EXPORT marks the functions and classes that shared libraries export; they hide all others.
 // PSPLIT_HIDDEN is for members of an exported class.
 #if defined(_WIN32) && defined(PSPLIT_BUILDS_SHARED)
 #define PSPLIT_EXPORT __declspec(dllexport)
@@ -35,9 +35,9 @@
 
 namespace psplit {
 
-// A view of consecutive elements, like std::span. Public headers have it, because they are C++17, and because
-// std::span would be a part of the names that a library exports. std::span converts to it, and it to std::span.
-// It owns nothing: the elements must outlive it. Cheap to copy.
+// A view of consecutive elements, like std::span. Public headers use it because they are C++17, and because
+// std::span would become part of the symbol names that a library exports. It converts from and to std::span. It
+// owns nothing: the elements must outlive it. Cheap to copy.
 template <typename T>
 class Span {
  public:
@@ -47,7 +47,7 @@ class Span {
 
   constexpr Span() = default;
   constexpr Span(T* data, size_t size) : data_(data), size_(size) {}
-  // From an array, or from anything else that has data() and size().
+  // Views an array, or any container with data() and size().
   template <
       typename Values, typename Element = std::remove_pointer_t<decltype(std::data(std::declval<Values&>()))>,
       typename = std::enable_if_t<std::is_convertible_v<Element (*)[], T (*)[]> &&
@@ -81,22 +81,22 @@ Span(T*, size_t) -> Span<T>;
 
 // ---- Errors ----
 
-// All host code of psplit returns them. What loads and what encodes returns also what the caller's callbacks
-// and executors throw: kRuntimeFailure with its text, kOutOfMemory for std::bad_alloc.
+// All host code of psplit returns them. Loading and encoding also turn exceptions of the caller's callbacks and
+// executors into errors: kRuntimeFailure with the exception's text, kOutOfMemory for std::bad_alloc.
 enum class StatusCode : uint8_t {
   kOk,
   kUsage,           // the caller's arguments are wrong
   kIo,              // a file cannot be read or written
   kInvalidInput,    // the input is malformed
-  kRuntimeFailure,  // what should not fail failed
-  kUnsupported,     // the input is valid, but uses what psplit does not support
+  kRuntimeFailure,  // an internal error, or a failure of the device or system
+  kUnsupported,     // the input is valid, but uses a feature that psplit does not support
   kCancelled,       // the caller stopped the work
-  kDiffers,         // meshes that should be the same are not
+  kDiffers,         // meshes that should be equal differ
   kOutOfMemory,     // the same call may succeed later, alone or with more memory
   kMayPass,         // the same call may succeed later: a full disk, a lock, an interruption
 };
 
-// The place of an error. -1 and "" mean that a part is not known or does not apply.
+// The place of an error. -1 and "" mean that a part is unknown or does not apply.
 struct Place {
   std::string file{};
   int64_t mesh = -1;
@@ -106,7 +106,8 @@ struct Place {
 
 class [[nodiscard]] PSPLIT_EXPORT Status {
  public:
-  // All in status.cpp: an error is rare, but the code of each function that may return one has many of these.
+  // Defined in status.cpp to keep callers small: errors are rare, but each function that may fail constructs
+  // many statuses.
   Status();
   Status(StatusCode code, std::string message, Place place);
   Status(StatusCode code, std::string message);
@@ -122,7 +123,7 @@ class [[nodiscard]] PSPLIT_EXPORT Status {
   const std::string& message() const { return message_; }
   const Place& place() const { return place_; }
 
-  // Fills in the parts of the place that are not known yet. Callers know more than callees.
+  // Fills in the parts of the place that are still unknown. Callers add what callees cannot know.
   Status at(const Place& outer) &&;
 
   // "bunny.glb: mesh 0, primitive 1, patch 7: connectivity ends early"
@@ -134,7 +135,7 @@ class [[nodiscard]] PSPLIT_EXPORT Status {
   Place place_;
 };
 
-// The messages of statuses with a place are strings, all others may be literals as well.
+// A message with a place is a std::string; without a place it may also be a literal.
 template <StatusCode kCode>
 struct StatusOf {
   Status operator()(std::string message, Place place) const {

@@ -42,18 +42,18 @@ class PSPLIT_EXPORT AssetTree {
   AssetTree& operator=(AssetTree other) noexcept;
   ~AssetTree();
 
-  // Objects keep the order of their members. A mesh with coarse primitives has them in its extension, and those
-  // that the file has there in `primitives`: the opposite of a file.
+  // Objects keep the order of their members. In a mesh with coarse primitives, the full ones are in
+  // `primitives` and the coarse ones in its extension; a file has them the other way round.
   const nlohmann::ordered_json& json() const;
-  // The same, to be edited. The call forgets the records. So an edit through an older reference, after a call
-  // of records(), would not be seen.
+  // The JSON for editing. Discards the records, so do not edit through an older reference after a call of
+  // records(): that edit would be missed.
   nlohmann::ordered_json& json();
 
-  // What the JSON says about geometry, for psplit itself. Read from it at the first call after an edit; valid
+  // The JSON's statements about geometry, for psplit itself. Parsed at the first call after an edit; valid
   // until the next edit. Empty if check() fails. Thread-safe.
   const AssetRecords& records() const;
-  // Whether the JSON has the structure that records need. A document that was read has it. Errors:
-  // kInvalidInput, if edits broke it.
+  // Checks that the JSON has the structure that records need, as every document has when it is read. Errors:
+  // kInvalidInput if edits broke it.
   Status check() const;
 
  private:
@@ -61,8 +61,8 @@ class PSPLIT_EXPORT AssetTree {
   std::unique_ptr<State> state_;
 };
 
-// Owned bytes, or bytes that something else owns and that other buffers may share, such as a mapped file's.
-// Reading is the same for both.
+// Bytes that it owns, or that it shares with other buffers, such as those of a mapped file. Both are read
+// alike.
 class PSPLIT_EXPORT Buffer {
  public:
   Buffer() = default;
@@ -78,9 +78,9 @@ class PSPLIT_EXPORT Buffer {
   bool empty() const { return bytes().empty(); }
   bool is_shared() const { return !shared_.empty(); }
 
-  // The bytes, to be changed: shared ones are copied first.
+  // The bytes for editing; shared bytes are copied first.
   std::vector<uint8_t>& own();
-  // Only the range stays, which must be within bytes().
+  // Keeps only this range, which must be within bytes().
   void cut_to(size_t offset, size_t length);
 
  private:
@@ -91,23 +91,23 @@ class PSPLIT_EXPORT Buffer {
 
 // How the bytes of large files get into memory.
 enum class FileAccess {
-  kRead,  // they are copied
-  // They are mapped. If such a file gets shorter or unreadable while it is mapped, the process ends with a
-  // message and the code kIo: a choice for commands, not for a library.
+  kRead,  // copied
+  // Mapped. If the file becomes shorter or unreadable while it is mapped, the process exits with a message and
+  // the code kIo: suitable for commands, not for a library.
   kMap,
 };
 
-// The points of a mesh file that was read into temporary files, because it is larger than the memory that may
-// be taken. These are all buffers of its document.
+// Describes the points of a mesh file that was read into temporary files because it exceeds the memory limit.
+// All buffers of its document are such files.
 struct SpooledPoints {
-  // STL has each point once for each corner, and an OBJ gets some again: equal points are one point.
+  // Equal points are one point: STL stores a point for each corner, and reading OBJ may repeat points.
   bool are_repeated = false;
-  // If not empty, 12 bytes for each point: points are equal only if these are.
+  // If not empty, 12 bytes for each point: points are equal only if these bytes are.
   Buffer numbers{};
 };
 
-// The stream of a .drc file of points. No extension holds such streams: the document has what it decodes to, as
-// a plain primitive.
+// The point cloud stream of a .drc file. No extension holds such streams, so the document has the decoded
+// points as a plain primitive.
 struct StoredCloud {
   StreamDescription stream;
   uint64_t stream_bytes = 0;
@@ -121,9 +121,9 @@ struct Document : AssetTree {
   // Files that were read: the asset itself (unless it is stdin), its buffers, its materials.
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
-  uint64_t text_bytes = 0;  // of the JSON of a .gltf that was read, without the data of its buffers
+  uint64_t text_bytes = 0;  // of the JSON of a .gltf that was read, without buffer data in it
   bool from_draco = false;  // a .drc file
-  bool is_retyped = false;  // a .drc file with values of types that no accessor has: they become others
+  bool is_retyped = false;  // a .drc file with values of types that accessors lack, which were converted
   std::optional<StoredCloud> cloud{};
   std::optional<SpooledPoints> spooled{};
 };
@@ -132,12 +132,14 @@ struct Document : AssetTree {
 // URI, or a file in the asset's folder. URIs are percent-decoded; a URI that leaves the folder is an error.
 // Buffer views that meshoptimizer compressed are decoded, and keep their compressed bytes. Images stay as they
 // are. The structure is checked. With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is
-// mapped: an output that is written by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
+// mapped; an output may still replace it, because outputs are written by rename. Errors: kIo, kInvalidInput,
+// kUnsupported.
 inline constexpr uint64_t kMappedBytes = uint64_t{4} << 20;
 PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path,
                                                FileAccess access = FileAccess::kRead);
 
-// The same for a file in memory. If the bytes are moved in, those of a GLB become the buffer without a copy.
+// Reads a document from memory. If the bytes are moved in, a GLB's binary chunk becomes the buffer without a
+// copy.
 PSPLIT_EXPORT Expected<Document> parse_document(std::vector<uint8_t>&& file,
                                                 const std::filesystem::path& source);
 PSPLIT_EXPORT Expected<Document> parse_document(Span<const uint8_t> file, const std::filesystem::path& source);
@@ -149,7 +151,7 @@ PSPLIT_EXPORT std::vector<PrimitiveId> all_primitives(const Document& document);
 PSPLIT_EXPORT Document new_document();
 
 // The bytes of a buffer view that exists. Errors: kUnsupported if the view was compressed by a newer
-// meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if it has too few.
+// meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if the buffer is too short.
 PSPLIT_EXPORT Expected<Span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Removes meshoptimizer's extension from all views whose decoded bytes are in memory, with the compressed
@@ -164,7 +166,7 @@ PSPLIT_EXPORT Document document_from_mesh(const Mesh& mesh);
 
 // ---- Files ----
 
-// What to do with images that are files.
+// How the output refers to image files.
 enum class ImagePlacement {
   kEmbed,      // buffer views
   kCopy,       // files in the output's folder
@@ -178,29 +180,29 @@ struct WriteOptions {
 };
 
 struct WriteReport {
-  std::vector<std::string> warnings;         // references that dangle in the output, and data that it loses
-  std::vector<std::string> notes;            // files that got another name
+  std::vector<std::string> warnings;         // references that dangle in the output, and lost data
+  std::vector<std::string> notes;            // renamed files
   std::vector<std::filesystem::path> files;  // all files of the output, newly written or already there
   size_t embedded_images = 0, copied_images = 0;
   uint64_t image_bytes = 0;  // of embedded and copied images; every file counts once
 };
 
-// The bytes of a GLB of the document whose images stay where they are.
+// The size of the document as a GLB whose images stay where they are.
 PSPLIT_EXPORT uint64_t glb_bytes(const Document& document);
 
 // The extension of `path` gives the format: .glb, or .gltf with its .bin beside it; "-" writes a GLB to stdout.
 // The file appears whole or not at all: it is written under another name and then renamed. A .bin is named
 // after its content, so that a .gltf and its .bin change together. If a .gltf is replaced, its old .bin files
 // are removed, unless `document` was read from it. All buffers become one. A .gltf gets a second buffer for
-// data that only the fallback of compressed primitives, or coarse ones, use. No other file is replaced: if the
+// data that only coarse primitives, or the fallback of compressed ones, use. No other file is replaced: if the
 // name of a copied image is taken, the copy is named after its content. Errors: kUsage, kIo, kUnsupported.
 PSPLIT_EXPORT Status write_document(const Document& document, const std::filesystem::path& path,
                                     const WriteOptions& options = {}, WriteReport* report = nullptr);
 
 // ---- Memory ----
 
-// How much memory work on one primitive takes. Primitives that fit are in memory as a whole. Larger ones are
-// decoded window by window into a temporary file without a name.
+// Limits the memory for decoding one primitive. Primitives that fit are decoded in memory. Larger ones are
+// decoded window by window into an unnamed temporary file in `folder`.
 struct MemoryLimit {
   uint64_t bytes = 0;  // 0: no limit
   std::filesystem::path folder = ".";

@@ -5,11 +5,10 @@
 //   psplit::DracoDecoder decoder;  // was: draco::Decoder decoder;
 //   auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
 //
-// What a geometry then has is what libdraco gives it, to the bit: faces, points, attributes with the order of
-// their values and the value of each point, ids, transforms that were to be skipped, metadata. libdraco itself
-// decodes what psplit does not (bitstreams before 2.2, geometries that have something already), and bytes that
-// do not decode, so that statuses are its own. One thing differs: a DecoderBuffer is at its end afterwards,
-// even if there are bytes behind the stream.
+// The resulting geometry equals libdraco's to the bit: faces, points, attributes with the order of their values
+// and each point's value, ids, skipped transforms, metadata. libdraco itself decodes what psplit does not
+// support (bitstreams before 2.2, geometries that are not empty) and invalid bytes, so that statuses are its
+// own. One difference: a DecoderBuffer is at its end afterwards, even if bytes follow the stream.
 //
 // This header is compiled with the program's libdraco, 1.5 or newer. A program whose libdraco is a shared
 // library need not be compiled again: libpsplit_draco.so can be loaded before it.
@@ -38,7 +37,7 @@ class DracoGeometryFiller {
   DracoGeometryFiller(draco::PointCloud& cloud, draco::Mesh* mesh, const draco::DecoderOptions& options)
       : cloud_(cloud), mesh_(mesh), options_(options) {}
 
-  // Returns false if this is left to libdraco. Then the geometry is as it was.
+  // Returns false, with the geometry unchanged, if libdraco must decode the buffer.
   bool fill(draco::DecoderBuffer& buffer) {
     if (cloud_.num_attributes() > 0 || (mesh_ != nullptr && mesh_->num_faces() > 0)) return false;
     const Span stream(reinterpret_cast<const uint8_t*>(buffer.data_head()),
@@ -71,7 +70,7 @@ class DracoGeometryFiller {
     return true;
   }
 
-  // libdraco reads metadata before the geometry. Returns false if they do not decode.
+  // Reads metadata with libdraco, which has them before the geometry. Returns false if they are invalid.
   static bool read_metadata(Span<const uint8_t> stream, std::unique_ptr<draco::GeometryMetadata>& metadata) {
     constexpr size_t kFlags = 9, kHeader = 11;
     constexpr uint8_t kHasMetadata = 0x80;  // of the second byte of the flags
@@ -83,7 +82,7 @@ class DracoGeometryFiller {
     return draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, metadata.get());
   }
 
-  // The stream is decoded by now, and only memory can be lacking.
+  // Called after decoding, so that the only possible failure is a lack of memory.
   Expected<GeometryPlaces> prepare(const StreamDescription& description, Span<const StoredValues> stored) {
     if (is_cloud(description.coding) != (mesh_ == nullptr)) return invalid_input("another kind of geometry");
     for (const StreamAttribute& attribute : description.attributes)
@@ -111,7 +110,7 @@ class DracoGeometryFiller {
     point_count_ = description.point_count;
     if (mesh_ == nullptr || description.face_count == 0) return places;
     mesh_->SetNumFaces(description.face_count);
-    // libdraco's users rely on faces being arrays of numbers, too.
+    // libdraco's users also rely on faces being plain arrays of numbers.
     places.faces =
         reinterpret_cast<uint32_t*>(const_cast<draco::Mesh::Face*>(&mesh_->face(draco::FaceIndex(0))));
     return places;
@@ -122,7 +121,7 @@ class DracoGeometryFiller {
                                      "skip_attribute_transform", false);
   }
 
-  // To libdraco, integers whose transform is skipped are an attribute of their own, which is not normalized.
+  // libdraco makes integers whose transform is skipped an attribute of its own kind, which is never normalized.
   static std::unique_ptr<draco::PointAttribute> make_attribute(const StreamAttribute& from, bool integers) {
     const auto type = integers ? draco::DT_INT32 : static_cast<draco::DataType>(from.type);
     const auto components = static_cast<uint8_t>(integers && from.is_octahedral() ? 2 : from.components);
@@ -160,19 +159,19 @@ class DracoGeometryFiller {
   std::vector<uint32_t> unique_ids_, value_of_point_;
 };
 
-// Decodes what is left of `buffer` into an empty mesh. Returns false if that is left to libdraco; then nothing
-// has changed.
+// Decodes the rest of `buffer` into an empty mesh. Returns false, with nothing changed, if libdraco must decode
+// it.
 inline bool decode_into(draco::Mesh& mesh, draco::DecoderBuffer& buffer,
                         const draco::DecoderOptions& options = draco::DecoderOptions()) {
   return DracoGeometryFiller(mesh, &mesh, options).fill(buffer);
 }
-// The same into an empty point cloud.
+// Decodes the rest of `buffer` into an empty point cloud, as above.
 inline bool decode_into(draco::PointCloud& cloud, draco::DecoderBuffer& buffer,
                         const draco::DecoderOptions& options = draco::DecoderOptions()) {
   return DracoGeometryFiller(cloud, nullptr, options).fill(buffer);
 }
 
-// Has the functions of draco::Decoder.
+// A drop-in replacement for draco::Decoder.
 class DracoDecoder : public draco::Decoder {
  public:
   draco::Status DecodeBufferToGeometry(draco::DecoderBuffer* buffer, draco::Mesh* mesh) {

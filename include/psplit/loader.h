@@ -1,6 +1,5 @@
-// Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into the caller's memory. For
-// loaders of any kind, whatever library reads their JSON. A .drc file comes without JSON: decode_draco
-// (decode.h) decodes it.
+// Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into the caller's memory. Any
+// library may read the JSON. decode_draco (decode.h) decodes .drc files, which have no JSON.
 //
 //   PrimitiveSource source;                     // from the primitive's JSON
 //   source.bytes = ...;                         // of extensions.PSPLIT_mesh_draco_patches.bufferView
@@ -13,7 +12,7 @@
 //   std::vector<float> positions(3 * primitive->point_count()), deltas(positions);
 //   Status status = primitive->decode({indices, 4, {{positions}, {deltas}}});
 //
-// A point is a glTF vertex. Any bytes may be given. Memory is taken in proportion to them:
+// A point is a glTF vertex. All functions are safe for untrusted bytes. Memory is proportional to their number:
 // CompressedPrimitive::open refuses counts that the bytes do not justify.
 //
 //   limit(n)   64 MiB, and 4096 bytes for each of n bytes
@@ -28,13 +27,13 @@
 //              number grows; 128 for each byte of the container. If an accessor declares another type than was
 //              encoded, also the patch's values once more
 //
-// libdraco's backend decodes all patches of a container to meshes of their own first. CUDA's needs memory of
-// the device for the results.
+// libdraco's backend first decodes each patch of a container to a mesh of its own. CUDA's backend needs device
+// memory for the results.
 //
 // Errors are kInvalidInput (broken bytes, or JSON that contradicts them), kUnsupported (component types, and
 // versions, such as Draco bitstreams before 2.2), kUsage (buffers that do not fit, a patch that does not
-// exist), kCancelled, and the errors of the backend. Their place names the patch if the error is in one. After
-// an error the buffers may hold anything, but nothing was written outside of them.
+// exist), kCancelled, and the errors of the backend. The place of an error in a patch names the patch. After an
+// error the contents of the buffers are unspecified, but nothing was written outside of them.
 #pragma once
 
 #include <atomic>
@@ -57,32 +56,31 @@ enum class Compression : uint8_t {
 // A compressed primitive as its JSON describes it.
 struct PrimitiveSource {
   Span<const uint8_t> bytes;  // of the extension's buffer view
-  // Those of the extension's `attributes` that are wanted, with their ids. Types come from the accessors.
+  // The wanted ones of the extension's `attributes`, with their ids. Types come from the accessors.
   std::vector<AttributeRequest> attributes{};
-  // The accessors' `count`; 0: not known. `open` compares them with the bytes, but for the point_count of an
-  // Edgebreaker stream of kDraco, which says only how many points it has at most: decoding compares it, and
-  // nothing is written if it is wrong. Without point_count, `open` decodes the faces of such a stream to count
-  // its points.
+  // The accessors' `count`; 0: unknown. `open` compares them with the bytes. An Edgebreaker stream of kDraco
+  // states only an upper bound of its points, so its point_count is compared when it is decoded, and nothing is
+  // written if it is wrong; without point_count, `open` decodes the faces of the stream to count its points.
   uint64_t point_count = 0, index_count = 0;
   Compression compression = Compression::kPatches;
-  // What decodes streams of kDraco before bitstream 2.2, whatever the backend: older_streams() of
-  // psplit::encoder, if that was built with libdraco. Null: they are kUnsupported. `open` decodes such a
-  // stream, to count its points. Its memory has no limit, and its progress is not reported. Must stay as long
-  // as a copy of the primitive.
+  // Decodes streams of kDraco before bitstream 2.2, in place of the backend: older_streams() of
+  // psplit::encoder, if that was built with libdraco. Null: such streams are kUnsupported. `open` decodes such
+  // a stream to count its points. Its memory is not limited, and its progress is not reported. Must outlive all
+  // copies of the primitive.
   const OlderStreams* older = nullptr;
 };
 
-// The largest number of bytes that `stored_bytes` justify for the indices and values of all primitives of a
-// model. Loaders refuse models that claim more.
+// The most bytes of indices and values that a model of `stored_bytes` compressed bytes may claim, in all its
+// primitives together. Loaders refuse models that claim more.
 PSPLIT_EXPORT uint64_t most_result_bytes(uint64_t stored_bytes);
 
 struct LoadOptions {
   const DecodeBackend* backend = nullptr;  // null: the CPU
-  // Null: a pool for this call, with a thread for each processor. Callers of many calls keep one.
+  // Null: a pool for this call, with a thread for each processor. Reuse a pool for frequent calls.
   const ThreadPool* pool = nullptr;
   // Called from any thread, also from several at once, with the number of finished steps and their total. Steps
-  // are patches on the CPU, and primitives with other backends. What it throws is the error of all primitives
-  // of the call.
+  // are patches on the CPU, and primitives with other backends. If it throws, its exception becomes the error
+  // of all primitives of the call.
   Progress progress{};
   // Decoding ends with kCancelled when it becomes true: on the CPU before the next patch of each thread, with
   // libdraco before the next primitive, with CUDA before the next batch. May be null.
@@ -100,13 +98,12 @@ struct PatchSizes {
 
 struct PrimitiveLoad;
 
-// Opened bytes: their directory and headers are checked. Cheap to copy, thread-safe.
+// A primitive whose bytes are opened: directory and headers are checked. Cheap to copy, thread-safe.
 class PSPLIT_EXPORT CompressedPrimitive {
  public:
-  // Checks the directory and the streams' headers. source.bytes must stay where they are as long as a copy of
-  // the result exists.
+  // Checks the directory and the streams' headers. source.bytes must outlive all copies of the result.
   static Expected<CompressedPrimitive> open(PrimitiveSource source);
-  // The same opened bytes, of which other attributes are wanted. Errors: those of open.
+  // A primitive with the same opened bytes, but other wanted attributes. Errors: as open.
   Expected<CompressedPrimitive> with_attributes(std::vector<AttributeRequest> attributes) const;
 
   Span<const uint8_t> bytes() const;
@@ -115,7 +112,7 @@ class PSPLIT_EXPORT CompressedPrimitive {
   uint32_t face_count() const;
   // Bytes of an index: 2 if all point numbers fit, otherwise 4.
   uint32_t least_index_bytes() const;
-  // Bytes of an attribute's values, tightly packed.
+  // Bytes of all values of an attribute, tightly packed.
   uint64_t value_bytes(size_t attribute) const;
   const std::vector<AttributeRequest>& attributes() const;
 
@@ -124,21 +121,21 @@ class PSPLIT_EXPORT CompressedPrimitive {
   uint32_t patch_count() const;
   bool has_residue() const;
   PatchSizes patch(uint32_t number) const;  // number < patch_count()
-  // A box for each patch that has all its positions, if the container has them; otherwise none. Errors:
-  // kInvalidInput for boxes that are broken. Decoding does not read them.
+  // The bounding box of each patch's positions if the container stores boxes, otherwise an empty vector.
+  // Errors: kInvalidInput for invalid boxes. Decoding does not read them.
   Expected<std::vector<PatchBox>> patch_boxes() const;
 
-  // What decodes it in place of a backend, because its bitstream is older than 2.2; otherwise null.
+  // The decoder that replaces the backend if the bitstream is older than 2.2; otherwise null.
   const OlderStreams* older() const;
 
-  // The opened bytes for decoders: CudaPrimitive (cuda.h) and DecodeTask point to them.
-  // Lives as long as a copy of this object.
+  // The opened bytes for decoders: CudaPrimitive (cuda.h) and DecodeTask point to it. Lives as long as any copy
+  // of this object.
   const PatchContainer& container() const;
 
   // Decodes the whole primitive, stitched.
   Status decode(const PrimitiveBuffers& out, const LoadOptions& options = {}) const;
   // Decodes one patch, with the faces and points of its PatchSizes. Indices count from the patch's first point.
-  // Reads no other patch's stream.
+  // Does not read the streams of other patches.
   Status decode_patch(uint32_t number, const PrimitiveBuffers& out, const LoadOptions& options = {}) const;
 
  private:
@@ -147,8 +144,8 @@ class PSPLIT_EXPORT CompressedPrimitive {
   std::shared_ptr<const State> state_;
 };
 
-// Decodes many primitives at once, so that all threads, or a device, are busy. Returns a status for each of
-// them, in their order. The error of one primitive does not affect another.
+// Decodes many primitives at once, to keep all threads, or a device, busy. Returns a status for each, in their
+// order. An error of one primitive does not affect others.
 struct PrimitiveLoad {
   CompressedPrimitive primitive;
   PrimitiveBuffers out;

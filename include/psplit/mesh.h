@@ -1,4 +1,4 @@
-// Meshes in plain arrays: those of psplit, and views of the caller's.
+// Meshes in plain arrays: owned by psplit, or views of the caller's arrays.
 #pragma once
 
 #include <algorithm>
@@ -41,8 +41,8 @@ constexpr size_t component_bytes(ComponentType type) {
   return 0;
 }
 
-// An allocator for vectors that are filled right after resize: new elements are not initialized. So memory is
-// not zeroed first, and each thread touches only the part that it writes.
+// An allocator for vectors that are filled right after resize: new elements are not initialized. This saves
+// zeroing, and each thread is the first to touch the memory that it writes.
 template <typename T>
 struct Unzeroed : std::allocator<T> {
   template <typename U>
@@ -72,8 +72,8 @@ struct Attribute {
   size_t stride() const { return component_bytes(component_type) * component_count; }
 };
 
-// The deltas of a morph target are attributes of the mesh: those of POSITION of the first target have the name
-// "targets/0/POSITION". No attribute of glTF has such a name.
+// The deltas of a morph target are attributes of the mesh: the first target's POSITION deltas have the name
+// "targets/0/POSITION", which no attribute of glTF has.
 struct MorphTarget {
   size_t number = 0;
   std::string semantic;  // POSITION, NORMAL, TANGENT, ...
@@ -81,7 +81,7 @@ struct MorphTarget {
 inline std::string name_of_target(size_t number, const std::string& semantic) {
   return "targets/" + std::to_string(number) + "/" + semantic;
 }
-// Nothing if the name is not that of a target.
+// Empty if the name is not a target's.
 inline std::optional<MorphTarget> target_of(const std::string& name) {
   constexpr size_t kPrefix = sizeof("targets/") - 1, kMostDigits = 9;
   if (name.compare(0, kPrefix, "targets/") != 0) return std::nullopt;
@@ -98,8 +98,8 @@ inline std::optional<MorphTarget> target_of(const std::string& name) {
 // One triangle primitive. All parts of psplit exchange meshes in this form.
 struct Mesh {
   uint32_t point_count = 0;
-  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count; none: a point cloud
-  std::vector<Attribute> attributes;     // semantics are unique; POSITION is one of them
+  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count; empty: a point cloud
+  std::vector<Attribute> attributes;     // semantics are unique; POSITION must be present
 
   // Null if the mesh has no such attribute.
   const Attribute* find(const std::string& semantic) const {
@@ -109,7 +109,7 @@ struct Mesh {
   }
 };
 
-// Values, or indices. Bytes may have any alignment.
+// A view of values or indices. Bytes may have any alignment.
 struct ValuesView {
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 1;
@@ -123,7 +123,7 @@ struct ValuesView {
   const std::byte* at(size_t index) const { return bytes.data() + index * step(); }
 };
 
-// A mesh in arrays that belong to someone else.
+// A view of a mesh in the caller's arrays.
 struct MeshView {
   struct Values {
     std::string semantic;
@@ -148,12 +148,12 @@ struct MeshView {
 };
 
 // The bounds of an attribute's values, as the accessors of glTF state them: the least and the largest finite
-// value of each component. A component without finite values has a least value
-// above the largest until finish().
+// value of each component. Until finish(), a component without finite values has a least value above its
+// largest.
 struct ValueBounds {
   std::vector<double> least, most;
 
-  // Values that are `stride` bytes apart. Each call has the same type and number of components.
+  // Adds values that are `stride` bytes apart. All calls must have the same type and number of components.
   void add(ComponentType type, size_t component_count, const std::byte* values, size_t count, size_t stride) {
     if (least.empty()) {
       least.assign(component_count, std::numeric_limits<double>::infinity());
@@ -168,7 +168,7 @@ struct ValueBounds {
       case ComponentType::kFloat32: return add_as<float>(values, count, stride);
     }
   }
-  // Without finite values, both are 0.
+  // Sets both bounds of components without finite values to 0.
   void finish() {
     for (size_t c = 0; c < least.size(); ++c)
       if (least[c] > most[c]) least[c] = most[c] = 0;
@@ -181,7 +181,8 @@ struct ValueBounds {
     for (; c + 3 <= least.size(); c += 3) add_components<T, 3>(c, values, count, stride);
     for (; c < least.size(); ++c) add_components<T, 1>(c, values, count, stride);
   }
-  // Components c to c + kCount - 1. Each one waits for its last result, so several are taken in turn.
+  // Components c to c + kCount - 1. Each result depends on the component's previous one, so several components
+  // are interleaved.
   template <typename T, size_t kCount>
   void add_components(size_t c, const std::byte* values, size_t count, size_t stride) {
     std::array<T, kCount> low, high;

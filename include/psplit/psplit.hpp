@@ -1,6 +1,6 @@
-// All headers of psplit that need no other library. `#include <psplit/psplit.hpp>` is all that a loader needs.
+// Includes all headers of psplit that need no other library. A loader needs no other one.
 //
-// In the order in which to read them:
+// The headers, in reading order:
 //
 //   psplit::decoder   base.h            what everything returns: an Expected<T> holds a T or a Status
 //                     mesh.h            a Mesh is one triangle primitive in plain arrays

@@ -6,12 +6,12 @@
 //   psplit::Status status = psplit::decode_model(model);
 //   if (!status.ok()) ... status.to_string() ...
 //
-// Why callbacks: both extensions store indices without a buffer view, unless there is a fallback. tinygltf
-// (2.7, and other versions without a decoder of their own) refuses such primitives. The callbacks read files as
-// tinygltf's own do, and give such indices the extension's view before the JSON is parsed. For a file in
-// memory, or with callbacks of your own, call prepare_for_tinygltf instead. Indices with a borrowed view are
-// garbage until decode_model. Meshes with coarse primitives, for loaders without the extension, get those that
-// replace them; the data of the coarse ones stays, unused.
+// Why callbacks are needed: without a fallback, both extensions store indices without a buffer view. tinygltf
+// (2.7, and other versions without a decoder of their own) refuses such primitives. The callbacks read files
+// like tinygltf's own, and give such indices the extension's view before the JSON is parsed. For a file in
+// memory, or with callbacks of your own, call prepare_for_tinygltf instead. Indices with such a view are
+// garbage until decode_model. In meshes with coarse primitives, which are for loaders without the extension,
+// the full primitives replace them; the coarse data stay, unused.
 //
 // A tinygltf built with TINYGLTF_ENABLE_DRACO decodes KHR_draco_mesh_compression on one thread while it parses.
 // decode_model then decodes it again, and its result replaces tinygltf's.
@@ -45,18 +45,18 @@ PSPLIT_EXPORT tinygltf::FsCallbacks tinygltf_file_callbacks();
 PSPLIT_EXPORT Status prepare_for_tinygltf(std::vector<unsigned char>& file);
 
 struct ModelOptions : LoadOptions {
-  // The extensions that the caller knows. If it is set, any other in extensionsRequired is kUnsupported, except
-  // the two of this plugin.
+  // The extensions that the caller knows. If set, any other extension in extensionsRequired is kUnsupported,
+  // except the two of this plugin.
   std::optional<std::vector<std::string>> known_extensions{};
-  // See PrimitiveSource. Not for devices.
+  // See PrimitiveSource::older. Ignored by decode_model_to_device.
   const OlderStreams* older = nullptr;
 };
 
 // Decodes all primitives that have one of the two extensions, in one batch on all threads, and makes the model
 // a plain one: accessors point to ordinary buffer views of one new buffer, and the extensions are removed from
 // all lists. Strips of KHR_draco_mesh_compression become lists, because their streams hold lists. The numbers
-// of accessors, buffer views and buffers do not change. The compressed bytes stay, unused. If something else
-// uses a primitive's accessor, the primitive gets a copy of it. An error leaves the model unchanged.
+// of accessors, buffer views and buffers do not change. The compressed bytes stay, unused. If an accessor of
+// such a primitive has other users, the primitive gets a copy of it. An error leaves the model unchanged.
 PSPLIT_EXPORT Status decode_model(tinygltf::Model& model, const ModelOptions& options = {});
 
 // The arrays of a primitive on the device. Values are tightly packed.

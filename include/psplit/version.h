@@ -5,7 +5,7 @@
 #define PSPLIT_VERSION_MAJOR 0
 #define PSPLIT_VERSION_MINOR 1
 #define PSPLIT_VERSION_PATCH 0
-// So that versions can be compared.
+// Versions as one number, for comparison.
 #define PSPLIT_VERSION (PSPLIT_VERSION_MAJOR * 0x10000 + PSPLIT_VERSION_MINOR * 0x100 + PSPLIT_VERSION_PATCH)
 #define PSPLIT_TEXT_OF_VALUE(value) #value
 #define PSPLIT_TEXT_OF(macro) PSPLIT_TEXT_OF_VALUE(macro)
