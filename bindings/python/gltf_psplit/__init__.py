@@ -3,8 +3,8 @@
     mesh = gltf_psplit.decode("bunny.drc")
     mesh.faces, mesh.points, mesh["NORMAL"]
 
-`decode` takes one Draco stream, `decode_many` many, `load` a whole glTF asset, `decode_container` and `decode_primitive`
-parts of one. `encode` writes Draco streams, `encode_container` the patches of PSPLIT_mesh_draco_patches.
+`decode` decodes one Draco stream, `decode_many` many, `load` a whole glTF asset, `decode_container` and `decode_primitive` single
+primitives of one. `encode` writes Draco streams, `encode_container` containers of PSPLIT_mesh_draco_patches.
 """
 from ._asset import Asset, AssetMesh, Instance, Primitive, load
 from ._decode import decode, decode_container, decode_many, decode_primitive, release_scratch

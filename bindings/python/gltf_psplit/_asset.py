@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 class Primitive(Mesh):
-    """A part of an asset's mesh with one material. It is a `Mesh`, whose attributes have the names of the asset.
+    """A part of an asset's mesh with one material. It is a `Mesh` whose attributes have the asset's names.
 
     Attributes:
         elements: array of (elements, 3) uint32 for triangles, (elements, 2) for lines, (elements, 1) for points.
-            Strips, fans and loops are lists. `faces` is the same for triangles, and empty for others.
-        mode: glTF's mode, as the JSON says: 4 are triangles.
+            Strips, fans and loops are converted to lists. `faces` equals it for triangles, and is empty otherwise.
+        mode: glTF's mode, as in the JSON: 4 means triangles.
         material: the material's JSON, or None.
         targets: for each morph target a dict of arrays, by name.
     """
@@ -36,7 +36,7 @@ class Primitive(Mesh):
     def __init__(self, corners: int, mesh: Tuple[Any, ...], targets: List[Dict[str, NDArray[Any]]], mode: int,
                  material: Optional[Dict[str, Any]]) -> None:
         super().__init__(*mesh)
-        # Rows have three columns in any case; lines and points use the first ones.
+        # Rows always have three columns; lines and points use only the first ones.
         self.elements = self.faces if corners == 3 else self.faces[:, :corners]
         if corners != 3:
             self.faces = self.faces[:0]
@@ -45,7 +45,7 @@ class Primitive(Mesh):
         self.targets = targets
 
 
-# A primitive, or also the exception in its place (`load`).
+# A primitive, or, with return_exceptions (`load`), possibly the exception in its place.
 Loaded = TypeVar("Loaded", Primitive, Union[Primitive, Error])
 
 
@@ -62,7 +62,7 @@ class Instance(NamedTuple):
 
     Attributes:
         mesh: the index of the mesh.
-        matrix: array of (4, 4) float64, which takes the mesh's points, as columns (x, y, z, 1), to the scene.
+        matrix: array of (4, 4) float64, which maps the mesh's points, as columns (x, y, z, 1), to the scene.
         node: the index of the node.
     """
 
@@ -72,10 +72,10 @@ class Instance(NamedTuple):
 
 
 class Asset(Generic[Loaded]):
-    """A glTF asset. It can be copied and pickled, then with the bytes of all buffer views.
+    """A glTF asset. It can be copied and pickled; the copy has the bytes of all buffer views.
 
     Attributes:
-        json: the JSON of the asset, as it was read: a dict.
+        json: the JSON of the asset as a dict, unchanged.
         meshes: list of `AssetMesh`. All primitives are decoded.
     """
 
@@ -99,7 +99,7 @@ class Asset(Generic[Loaded]):
             self.meshes.append(mesh)
 
     def buffer_view(self, index: int) -> bytes:
-        """The bytes of a buffer view, for example of an image. IndexError if there is none."""
+        """The bytes of a buffer view, for example of an image. IndexError if it does not exist."""
         views = self._views
         count = len(views) if isinstance(views, list) else views.buffer_view_count()
         try:
@@ -112,7 +112,7 @@ class Asset(Generic[Loaded]):
         return view
 
     def __getstate__(self) -> Dict[str, Any]:
-        """What is pickled: buffer views as bytes, or the errors that they have."""
+        """The pickled state: buffer views as bytes, or as the errors of reading them."""
 
         def view(index: int) -> Union[bytes, Error]:
             try:
@@ -125,13 +125,14 @@ class Asset(Generic[Loaded]):
         return {**self.__dict__, "_views": [view(index) for index in range(count)]}
 
     def instances(self, scene: Optional[int] = None) -> List[Instance]:
-        """The nodes of a scene that draw meshes, with their places in it.
+        """The nodes of a scene that draw meshes, with their transforms.
 
         Args:
-            scene: the index of the scene; by default the asset's, or its first. An asset without scenes: all nodes.
+            scene: the index of the scene; by default the asset's default scene, or its first one. In an asset without scenes, all
+                nodes.
 
         Raises:
-            InvalidInputError: the matrix, rotation, scale or translation of a node is not as glTF has it.
+            InvalidInputError: the matrix, rotation, scale or translation of a node is invalid.
             IndexError: the asset has no such scene.
         """
         nodes = self.json.get("nodes", [])
@@ -188,15 +189,15 @@ def load(source: Source, *, threads: int = 0, return_exceptions: bool = False) -
     """Reads a glTF asset and decodes all of its primitives.
 
     Args:
-        source: the path of a .glb or .gltf, or the bytes of one. Relative URIs in bytes start from the current folder.
-        threads: at most so many threads; 0: all of the machine.
-        return_exceptions: put the exception of a primitive in its place. Otherwise the first one is raised.
+        source: the path of a .glb or .gltf file, or its bytes. Relative URIs in bytes are resolved from the current folder.
+        threads: the maximum number of threads; 0: one for each processor.
+        return_exceptions: put the exception of a primitive in the primitive's place. Otherwise the first one is raised.
 
     Returns:
         An `Asset`. Primitives may be in patches, in Draco (of any version), compressed by meshoptimizer, or plain.
 
     Raises:
-        InvalidInputError, UnsupportedError: with `mesh`, `primitive` and `patch`, as far as they are known.
+        InvalidInputError, UnsupportedError: with `mesh`, `primitive` and `patch`, if they are known.
         UnsupportedError: this package was built without its encoder; `decode_primitive` works without.
         OSError: the file cannot be read. Error with the code "io": one of its buffers cannot be read.
     """
@@ -205,7 +206,7 @@ def load(source: Source, *, threads: int = 0, return_exceptions: bool = False) -
                                "decodes a primitive of an asset whose JSON was read by others")
     threads, return_exceptions = thread_count(threads), flag(return_exceptions, "return_exceptions")
     if isinstance(source, (str, os.PathLike)):
-        with open(source, "rb"):  # raises what Python's programs expect
+        with open(source, "rb"):  # raises Python's own OSError
             pass
         native = _native.Asset(os.fsencode(source), None)
     else:

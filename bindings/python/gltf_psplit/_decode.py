@@ -1,4 +1,4 @@
-"""Draco streams and containers to meshes."""
+"""Decodes Draco streams and containers to meshes."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Callable, Iterable, List, Mapping, NamedTuple, Optional, Union, overload
@@ -27,26 +27,26 @@ def decode(data: Source, *, quantized: bool = False, threads: int = 0,
     Args:
         data: a Draco stream (the content of a .drc file) of a mesh or a point cloud, or a glTF asset (.glb, .gltf) with
             one primitive. As bytes, bytearray, memoryview, mmap, a contiguous array, or as the path of a file
-            (str, os.PathLike). Bytes must not change meanwhile.
-        quantized: give the integers of the stream instead of values: places on the grid of quantized attributes
-            (`Attribute.origin`, `range`, `bits`), int32 of (points, components); coordinates on the octahedron of
-            normals, int32 of (points, 2). Only for Draco streams.
-        threads: at most so many threads; 0: all of the machine. One Draco stream takes one thread, the patches of an
+            (str, os.PathLike). Bytes must not change during the call.
+        quantized: return the integers of the stream instead of values: for quantized attributes, places on the grid
+            (`Attribute.origin`, `range`, `bits`), int32 of (points, components); for normals, coordinates on the octahedron, int32
+            of (points, 2). Only for Draco streams.
+        threads: the maximum number of threads; 0: one for each processor. One Draco stream takes one thread, the patches of an
             asset take several. `decode_many` decodes many streams at once.
         out: arrays to fill, by the name or the unique id of an attribute, and "faces". They must have the exact shape
-            and dtype of the result. Rows of attributes may lie apart, as in an interleaved vertex buffer; what is between
-            them is not touched. Faces are contiguous. No two rows or arrays may share memory. What is not in `out` gets
-            a new array. Only for Draco streams. After an error they hold anything.
+            and dtype of the result. Rows of attributes may lie apart, as in an interleaved vertex buffer; the bytes between them
+            are not touched. Faces must be contiguous. No two rows or arrays may share memory. Attributes that are not in `out` get
+            new arrays. Only for Draco streams. After an error the contents of the arrays are unspecified.
 
     Returns:
-        A `Mesh`, with faces (faces, 3) uint32 and arrays of (points, components) in the stream's types. They equal
-        those of libdraco to the bit, in the same order. Nothing is copied.
+        A `Mesh`, with faces (faces, 3) uint32 and arrays of (points, components) in the stream's types. They equal libdraco's
+        results to the bit, in the same order. Nothing is copied.
 
     Raises:
         InvalidInputError: the data are malformed.
-        UnsupportedError: a Draco bitstream before 2.2 without libdraco, and others that psplit does not decode.
-        Error: arrays in `out` that do not fit (code "usage"); a container, which `decode_container` decodes; an asset
-            that has not one primitive, which `load` reads.
+        UnsupportedError: a Draco bitstream before 2.2 without libdraco, or another one that psplit does not support.
+        Error: arrays in `out` that do not fit (code "usage"); a container, which `decode_container` decodes; an asset that does
+            not have exactly one primitive, which `load` reads.
         TypeError: `data` is neither bytes-like nor a path, or another argument has the wrong type.
         OSError: the file cannot be read.
 
@@ -84,17 +84,17 @@ def decode_many(data: Iterable[Source], *, quantized: bool = False, threads: int
     """Decodes many meshes at once, on all threads.
 
     Args:
-        data: what `decode` takes, any number of them. Files that are named are read one after the other.
+        data: any number of items that `decode` accepts. Files given by path are read one after the other.
         quantized: see `decode`.
-        threads: at most so many threads; 0: all of the machine.
-        return_exceptions: put the exception of an item in its place, as asyncio.gather does. Otherwise the first one
-            is raised once all items are decoded.
+        threads: the maximum number of threads; 0: one for each processor.
+        return_exceptions: put the exception of an item in the item's place, as asyncio.gather does. Otherwise the first one is
+            raised once all items are decoded.
 
     Returns:
-        A list with a `Mesh` for each item, in their order.
+        A list with a `Mesh` for each item, in order.
 
     Raises:
-        What `decode` raises.
+        The exceptions of `decode`.
     """
     quantized, threads, returns = flag(quantized, "quantized"), thread_count(threads), flag(return_exceptions, "return_exceptions")
     if isinstance(data, (str, bytes)) or not isinstance(data, Iterable):
@@ -124,22 +124,23 @@ def decode_many(data: Iterable[Source], *, quantized: bool = False, threads: int
 def decode_container(data: Source, attributes: Mapping[str, int], accessors: Mapping[str, Mapping[str, Any]], *,
                      extension: str = PATCHES, threads: int = 0,
                      out: Optional[Mapping[Union[str, int], NDArray[Any]]] = None) -> Mesh:
-    """Decodes the bytes of a compressed primitive, of which the caller has the JSON.
+    """Decodes the bytes of a compressed primitive whose JSON the caller has.
 
     Args:
-        data: the bytes of the extension's buffer view, or the path of a file that has them.
-        attributes: the extension's `attributes`: unique ids by name. Those that are not wanted may be left out.
-        accessors: by the same names, the accessors of the primitive, as glTF has them: `componentType`, `type`, and
-            perhaps `normalized` and `count`; also that of "indices", whose count is checked.
+        data: the bytes of the extension's buffer view, or the path of a file with these bytes.
+        attributes: the extension's `attributes`: unique ids by name. Unwanted attributes may be left out.
+        accessors: the accessors of the primitive by attribute name, in glTF's form: `componentType`, `type`, and optionally
+            `normalized` and `count`; also the accessor of "indices", whose count is checked.
         extension: "PSPLIT_mesh_draco_patches", or "KHR_draco_mesh_compression" for a Draco stream.
-        threads: at most so many threads; 0: all of the machine.
+        threads: the maximum number of threads; 0: one for each processor.
         out: see `decode`.
 
     Returns:
         A `Mesh`, whose arrays have the types of the accessors.
 
     Raises:
-        What `decode` raises. `Error.patch` is the number of the patch with the error. ValueError: an id or a count out of range.
+        The exceptions of `decode`. `Error.patch` is the index of the patch with the error. ValueError: an id or a count out of
+        range.
     """
     if extension not in (PATCHES, STOCK):
         raise Error(f"{extension!r} is none of {PATCHES} and {STOCK}", code="usage")
@@ -148,7 +149,7 @@ def decode_container(data: Source, attributes: Mapping[str, int], accessors: Map
 
 
 class _Described(NamedTuple):
-    """What the JSON of a primitive says."""
+    """The description of a primitive in its JSON."""
 
     requests: List[_Request]
     point_count: int
@@ -203,7 +204,7 @@ def decode_primitive(gltf: Mapping[str, Any], primitive: Mapping[str, Any], buff
         primitive: one of `gltf["meshes"][i]["primitives"]`; if the mesh has the extension PSPLIT_mesh_draco_patches, one of the
             extension's primitives.
         buffer_view: returns the bytes of a buffer view, given its index.
-        threads: at most so many threads; 0: all of the machine.
+        threads: the maximum number of threads; 0: one for each processor.
 
     Returns:
         A `Mesh` with the attributes that the extension stores, and morph targets by names like "targets/0/POSITION", or None

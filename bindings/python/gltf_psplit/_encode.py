@@ -1,4 +1,4 @@
-"""Arrays to Draco streams and containers."""
+"""Encodes arrays as Draco streams and containers."""
 from __future__ import annotations
 
 import re
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class Container(NamedTuple):
-    """A mesh in patches, with the JSON that decodes it: `decode_container(*container)`.
+    """A mesh in patches, with the JSON that is needed to decode it: `decode_container(*container)`.
 
     Attributes:
-        data: the container, for the extension's buffer view.
+        data: the container's bytes, for the extension's buffer view.
         attributes: the extension's `attributes`: unique ids by name.
         accessors: the accessors of the attributes and of "indices", by name, without bounds.
     """
@@ -41,45 +41,44 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
            normal_bits: int = 10, texcoord_bits: int = 12, bits: Optional[Mapping[str, int]] = None) -> bytes:
     """Encodes a mesh, or points without faces, as one ordinary Draco stream, which any Draco decoder reads.
 
-    The parameters up to `normals` are those of DracoPy.
+    The parameters up to `normals` are DracoPy's.
 
     Args:
-        points: (points, 3) floats. Integers of up to 24 bits are kept exactly; `quantization_bits` is not used
-            for them. Or a `Mesh`, which has the faces and the attributes. Nothing is lost a second time: values that
-            are on the grid that they were decoded from keep it, and what was stored exactly is again, as long as
-            neither `quantization_bits` nor `bits` says otherwise.
-        faces: (faces, 3) numbers of points. Without, or of a `Mesh` without faces, the stream is a point cloud with all
-            points: a kD-tree, which has an order of its own, or sequential if floats are kept exactly or
-            `compression_level` is 0.
-        quantization_bits: of a coordinate, 1 to 30; 0 keeps floats exactly. So are points that are not all finite.
-            By default 14.
+        points: (points, 3) floats. Integers of up to 24 bits are kept exactly, whatever `quantization_bits` is. Or a `Mesh`, with
+            its faces and attributes. Encoding a decoded mesh again loses nothing: values keep the grid that they were decoded from,
+            and exactly stored values stay exact, unless `quantization_bits` or `bits` says otherwise.
+        faces: (faces, 3) point indices. Without faces, the stream is a point cloud with all points: a kD-tree, which reorders
+            points, or sequential if floats are kept exactly or `compression_level` is 0.
+        quantization_bits: bits of each coordinate, 1 to 30; 0 keeps floats exactly, as always if a coordinate is not finite. By
+            default 14.
         compression_level: 0 (fastest) to 10 (smallest).
-        quantization_range: the edge of the cube in which points are quantized; -1 takes the largest extent, or 1 if it is 0.
-        quantization_origin: the corner of the cube, three floats; by default the least coordinates. No point may be
+        quantization_range: the edge length of the cube in which points are quantized; -1 means the largest extent, or 1
+            if that is 0.
+        quantization_origin: the lower corner of the cube, three floats; by default the minima of the coordinates. No point may be
             outside of the cube.
         create_metadata: add the metadata that DracoPy adds: "quantization_bits" (int32) and, if a grid was chosen,
-            "quantization_range" (double) and "quantization_origin" (three doubles). The stream has its grid in any case:
+            "quantization_range" (double) and "quantization_origin" (three doubles). The stream states its grid in any case:
             `Attribute.origin`, `range` and `bits`.
-        preserve_order: keep the order of points and faces. The stream is several times as large. A point cloud then has
-            the `compression_level` 0.
+        preserve_order: keep the order of points and faces. The stream becomes several times as large. A point cloud is then encoded
+            with `compression_level` 0.
         colors: (points, 3) or (points, 4), the attribute COLOR_0.
         tex_coord: (points, 2) floats, the attribute TEXCOORD_0, quantized to `texcoord_bits`.
         normals: (points, 3) floats, the attribute NORMAL. Unit vectors are quantized to `normal_bits`. Others are kept
             exactly, as a generic attribute of the stream, because Draco's normals are unit vectors.
-        attributes: others by name: TANGENT, TEXCOORD_1, COLOR_1, JOINTS_0, WEIGHTS_0, names of your own. An array has a row of
-            1 to 16 numbers for each point, or is one number for each. Integers of 8 and 16 bits are kept as they are.
-            Others, of up to 24 bits, become the smallest of these types, or else float32, that has all of their values.
-            Floats become float32 and are quantized: texture coordinates to `texcoord_bits`, colours to 8 bits, others to
-            12. If all values of a name of your own are whole numbers, these are kept exactly. Integers of COLOR_n, TEXCOORD_n,
-            WEIGHTS_n, TANGENT and NORMAL are normalized; an `Attribute` says itself whether it is. Names that Draco has
-            no type for are in the metadata of the stream, where `decode` finds them, and DracoPy's
-            get_attribute_by_name. Sets are numbered from 0.
-        normal_bits, texcoord_bits: 2 to 30, and 1 to 30. 0 keeps floats exactly; normals then are as others above.
-        bits: of single attributes, by name, in place of the above; 0 keeps floats exactly.
+        attributes: further attributes by name: TANGENT, TEXCOORD_1, COLOR_1, JOINTS_0, WEIGHTS_0, or custom names. An array has a
+            row of 1 to 16 numbers, or one number, for each point. Integers of 8 and 16 bits are kept as they are. Other integers,
+            of up to 24 bits, get the smallest of these types that holds all values, or else float32. Floats become float32 and are
+            quantized: texture coordinates to `texcoord_bits`, colours to 8 bits, others to 12. Custom attributes whose values are
+            all whole numbers are kept exactly. Integers of COLOR_n, TEXCOORD_n, WEIGHTS_n, TANGENT and NORMAL are normalized; an
+            `Attribute` states whether it is. Names without a Draco type are stored in the metadata of the stream, where `decode`
+            and DracoPy's get_attribute_by_name find them. Sets are numbered from 0.
+        normal_bits, texcoord_bits: 2 to 30, and 1 to 30. 0 keeps floats exactly; normals are then stored like normals that are not
+            unit vectors.
+        bits: bits of single attributes, by name, in place of the above; 0 keeps floats exactly.
 
     Returns:
-        The stream. Without `preserve_order`, Draco drops points of a mesh that no face uses and faces that repeat a point,
-        and has an order of its own. A point cloud keeps all of its points.
+        The stream. Without `preserve_order`, Draco drops points that no face uses and faces that repeat a point, and reorders the
+        rest. A point cloud keeps all of its points.
 
     Raises:
         NotImplementedError: integers of more than 24 bits, or lines.
@@ -87,7 +86,7 @@ def encode(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] = None, qu
         UnsupportedError: this package was built without its encoder.
         ValueError: arrays of another shape, numbers out of range. TypeError: arguments of another type.
 
-    Warns (`UserWarning`) of what the given bits lose. The interpreter's lock is released, and Ctrl-C stops the work.
+    Warns (`UserWarning`) if the given bits lose precision. The interpreter's lock is released, and Ctrl-C stops the work.
     Thread-safe.
     """
     mesh = _mesh_of(points, faces, colors, tex_coord, normals, attributes, bits, quantization_bits, quantization_range,
@@ -116,17 +115,17 @@ def encode_container(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] 
     """Encodes a mesh in patches, for the extension PSPLIT_mesh_draco_patches.
 
     Args:
-        patches: the number of patches, which decode at once. 0: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000
-            faces, from 20,000 faces on, and otherwise one.
-        threads: at most so many threads; 0: all of the machine. The bytes do not depend on it.
+        patches: the number of patches, which can be decoded in parallel. 0: one below 20,000 faces, otherwise 2, 4, 8, 16 or a
+            multiple of 16 patches of about 30,000 faces.
+        threads: the maximum number of threads; 0: one for each processor. The bytes do not depend on it.
         Others: see `encode`. Point clouds have no patches (NotImplementedError). Attributes have 1, 2, 3, 4, 9 or 16 numbers, as glTF's accessors.
 
     Returns:
-        A `Container`, with the bytes of `gltf-psplit encode --always-patches`. Equal points were merged, what draws
-        nothing was dropped, and points have another order.
+        A `Container`, with the bytes of `gltf-psplit encode --always-patches`. Equal points are merged, unused points and
+        degenerate faces are dropped, and points are reordered.
 
     Raises:
-        What `encode` raises. The result is decoded and compared with the input before it is returned.
+        The exceptions of `encode`. The result is decoded and compared with the input before it is returned.
     """
     mesh = _mesh_of(points, faces, colors, tex_coord, normals, attributes, bits, quantization_bits, quantization_range,
                     quantization_origin)
@@ -149,12 +148,12 @@ def encode_container(points: Union[ArrayLike, Mesh], faces: Optional[ArrayLike] 
 
 
 class _Mesh(NamedTuple):
-    """What the module in C++ encodes. The positions are the first attribute."""
+    """The input of the C++ module. The positions are the first attribute."""
 
     faces: Optional[NDArray[Any]]  # None: a point cloud
     attributes: List[_Given]
     position_bits: int
-    grid: Optional[_Grid]  # that the caller chose for positions
+    grid: Optional[_Grid]  # the grid that the caller chose for positions
 
 
 def _mesh_of(points: Any, faces: Any, colors: Any, tex_coord: Any, normals: Any, attributes: Any, bits: Any, position_bits: Any,
@@ -212,13 +211,13 @@ def _faces_of(faces: Any) -> NDArray[Any]:
     if array.size and array.dtype.kind not in "iu":
         raise ValueError(f"faces are {array.dtype}, not integers")
     if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
-        raise ValueError("faces has numbers that are no points")
+        raise ValueError("faces contains invalid indices")
     return np.ascontiguousarray(array, dtype=np.uint32)
 
 
 def _positions_of(given: Any, what: str, bits: Optional[int], extent: float,
                   origin: Optional[Sequence[float]]) -> Tuple[NDArray[Any], Optional[_Grid], _Given]:
-    """The caller's array, the grid that the caller chose for it, and what the encoder takes."""
+    """The caller's array, the grid that the caller chose for it, and the encoder's input."""
     stated, normalized = None, False
     if isinstance(given, Attribute):
         given, normalized, stated = _values_of(given, what)
@@ -242,7 +241,7 @@ def _positions_of(given: Any, what: str, bits: Optional[int], extent: float,
 
 
 def _grid_of(points: NDArray[Any], bits: int, extent: float, origin: Optional[Sequence[float]]) -> Optional[_Grid]:
-    """(bits, origin, range) as the caller chooses it. None without bits."""
+    """The grid that the caller chose: (bits, origin, range). None without bits."""
     if bits == 0:
         return None
     low = points.min(axis=0) if len(points) else np.zeros(3)
@@ -261,7 +260,7 @@ def _grid_of(points: NDArray[Any], bits: int, extent: float, origin: Optional[Se
 
 
 def _grid_of_integers(points: NDArray[Any], what: str) -> Optional[_Grid]:
-    """A grid whose places are the integers, so that decoded values are exact. None if only floats without a grid are."""
+    """A grid whose places are the integers, so that decoded values are exact. None if only unquantized floats are exact."""
     if points.size == 0:
         return None
     _expect_exact(points, what)
@@ -279,7 +278,7 @@ def _expect_exact(integers: NDArray[Any], what: str) -> None:
 
 
 _NORMALIZED = re.compile(r"(COLOR|TEXCOORD|WEIGHTS)_\d+$|TANGENT$|NORMAL$")
-# By the parameters of `encode`: the shapes, and whether integers become floats.
+# For parameters of `encode`: the allowed numbers of columns, and whether integers become floats.
 _SHAPES: Dict[str, Tuple[Tuple[int, ...], bool]] = {"normals": ((3,), True), "tex_coord": ((2,), True), "colors": ((3, 4), False)}
 
 
@@ -315,7 +314,7 @@ def _given_of(name: str, what: str, given: Any, bits: Optional[int], point_count
 
 
 def _values_of(attribute: Attribute, what: str) -> Tuple[NDArray[Any], bool, Optional[_Grid]]:
-    """The values, whether they are normalized, and the grid that they may be on; of 0 bits if they are stored exactly."""
+    """The values, whether they are normalized, and the grid that they may be on; with 0 bits if they are stored exactly."""
     if attribute.are_integers:
         raise ValueError(f"{what} has places on a grid: decode without quantized=True")
     if attribute.bits is None:
@@ -325,7 +324,7 @@ def _values_of(attribute: Attribute, what: str) -> Tuple[NDArray[Any], bool, Opt
 
 
 def _storable(values: NDArray[Any], what: str) -> NDArray[Any]:
-    """In a type that vertex attributes of glTF have."""
+    """Converts values to a type that glTF allows for vertex attributes."""
     if values.dtype.kind == "f":
         return values.astype(np.float32)
     types = [np.dtype(kind) for kind in ("u1", "i1", "u2", "i2")]
@@ -344,7 +343,7 @@ _SET = re.compile(r"(TEXCOORD|COLOR)_(\d+)$")
 
 
 def _by_number(names: Mapping[str, Any]) -> List[str]:
-    """The names in their order, but the sets of a kind in that of their numbers: Draco has no numbers for them."""
+    """The names in the given order, but with the sets of each kind in ascending order: Draco does not number them."""
     sets: Dict[str, List[str]] = {}
     for name in names:
         found = _SET.match(name)
@@ -377,8 +376,8 @@ def _speed(compression_level: Any) -> int:
 
 
 def _with_metadata(stream: bytes, entries: Mapping[str, bytes], names: Mapping[int, str]) -> bytes:
-    """The stream with metadata behind its header (Draco bitstream specification, "metadata"): entries of the geometry, and
-    names of attributes by their unique ids. All of these are less than 128, so that each number is one byte."""
+    """Inserts metadata after the stream's header (Draco bitstream specification, "metadata"): entries of the geometry, and names of
+    attributes by their unique ids. All counts, lengths and ids are below 128, so that each is one byte."""
     header = struct.Struct("<5s4BH")  # "DRACO", two of the version, kind, method, flags
     *front, flags = header.unpack_from(stream)
 

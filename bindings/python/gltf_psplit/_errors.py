@@ -5,11 +5,11 @@ from typing import Any, Optional, Tuple, Type
 
 
 class Error(ValueError):
-    """What cannot be decoded or encoded, and where.
+    """The reason why data cannot be decoded or encoded, with the place.
 
     Attributes:
         code: "invalid_input", "unsupported", "usage", "io", "runtime_failure", "out_of_memory" or "may_pass".
-        patch: the number of the patch in its container, or None.
+        patch: the index of the patch in its container, or None.
         mesh, primitive: the indices of a glTF primitive, or None.
     """
 
@@ -23,12 +23,12 @@ class Error(ValueError):
         self.mesh = mesh
         self.primitive = primitive
 
-    def __reduce__(self) -> Tuple[Any, ...]:  # so that it passes between processes
+    def __reduce__(self) -> Tuple[Any, ...]:  # so that it can be pickled
         return _unpickled, (type(self), str(self), self.code, self.patch, self.mesh, self.primitive)
 
 
 class InvalidInputError(Error):
-    """Data that are malformed, or that contradict themselves."""
+    """Data that are malformed or contradictory."""
 
     code = "invalid_input"
 
@@ -40,13 +40,13 @@ class UnsupportedError(Error):
 
 
 class OutOfMemoryError(Error, MemoryError):
-    """Memory ran out. The same call may succeed with more of it."""
+    """Memory ran out. The same call may succeed with more memory."""
 
     code = "out_of_memory"
 
 
 def error_of(code: str, message: str, patch: Optional[int], mesh: Optional[int], primitive: Optional[int]) -> Error:
-    """The exception for an error of the module in C++."""
+    """The exception for an error of the C++ module."""
     kind = {kind.code: kind for kind in (InvalidInputError, UnsupportedError, OutOfMemoryError)}.get(code, Error)
     return kind(message, code=code, patch=patch, mesh=mesh, primitive=primitive)
 

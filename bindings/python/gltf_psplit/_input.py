@@ -1,4 +1,4 @@
-"""What callers give, checked: errors name the argument, and say what it is."""
+"""Checks the caller's arguments: errors name the argument and its actual type or value."""
 from __future__ import annotations
 
 import operator
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
     from numpy.typing import NDArray
 
-# Bytes of any kind, or the path of a file.
+# Any bytes-like object, or the path of a file.
 Source = Union["ReadableBuffer", "NDArray[Any]", str, "os.PathLike[str]"]
 
 
 def bytes_of(data: Any, what: str) -> Any:
-    """The bytes of a file that is named, or `data` itself, which has contiguous bytes."""
+    """The bytes of the file if `data` is a path, otherwise `data` itself, whose bytes must be contiguous."""
     if isinstance(data, bytes):
         return data
     if isinstance(data, (str, os.PathLike)):
@@ -32,7 +32,7 @@ def bytes_of(data: Any, what: str) -> Any:
 
 
 def first_bytes(data: Any, count: int) -> bytes:
-    """The first bytes of what bytes_of gives."""
+    """The first bytes of a result of bytes_of."""
     if isinstance(data, bytes):
         return data[:count]
     with memoryview(data) as view:
@@ -95,22 +95,22 @@ def optional_dict(value: Any, what: str) -> Optional[Dict[Any, Any]]:
 
 
 def attribute_name(value: Any, what: str) -> str:
-    """A key of the mapping `what`."""
+    """Checks a key of the mapping `what`."""
     if not isinstance(value, str):
-        raise TypeError(f"{what} has the key {value!r}, which is no name")
+        raise TypeError(f"{what} has the key {value!r}, which is not a string")
     try:
         value.encode()
     except UnicodeEncodeError:
-        raise ValueError(f"{what} has the name {value!r}, which is no text") from None
+        raise ValueError(f"{what} has the name {value!r}, which is not valid Unicode") from None
     return value
 
 
 def numbers(values: Any, what: str) -> NDArray[Any]:
-    """An array of numbers of any kind but complex ones."""
+    """An array of real numbers, or an error."""
     try:
         array = np.asarray(values)
     except ValueError as error:
-        raise ValueError(f"{what} is no array: {error}") from None
+        raise ValueError(f"{what} is not an array: {error}") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{what} has the type {array.dtype}, not one of real numbers")
     return array
@@ -119,7 +119,7 @@ def numbers(values: Any, what: str) -> NDArray[Any]:
 def rows(values: Any, what: str, columns: Tuple[int, ...]) -> NDArray[Any]:
     """An array with a row for each point or face."""
     array = numbers(values, what)
-    if array.ndim == 1 and array.size % columns[0] == 0:  # DracoPy takes flat lists, too
+    if array.ndim == 1 and array.size % columns[0] == 0:  # DracoPy accepts flat lists as well
         array = array.reshape(-1, columns[0])
     if array.ndim != 2 or array.shape[1] not in columns:
         wanted = " or ".join(f"(n, {count})" for count in columns)

@@ -11,10 +11,10 @@ Default = TypeVar("Default")
 
 
 class Metadata:
-    """What a Draco stream says beside its geometry: names and bytes that its writer chose.
+    """Metadata of a Draco stream: entries of bytes, under names that the writer chose.
 
     Attributes:
-        entries: the bytes of each entry. Who wrote them knows their type.
+        entries: the bytes of each entry. The program that wrote them defines their type.
     """
 
     __slots__ = ("entries", "_parts")
@@ -25,7 +25,7 @@ class Metadata:
 
     @property
     def parts(self) -> Dict[str, "Metadata"]:
-        """The metadata inside of this one, by name."""
+        """The nested metadata, by name."""
         return {name: Metadata(*part) for name, part in self._parts.items()}
 
     def __getitem__(self, name: str) -> bytes:
@@ -39,20 +39,20 @@ class Metadata:
 
 
 class Attribute:
-    """One attribute of a mesh, as the data describe it.
+    """One attribute of a mesh, with its description in the data.
 
     Attributes:
-        name: glTF's name: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0". Others have the name that the stream's metadata
-            say, such as "JOINTS_0", or are "_GENERIC_0" and so on.
+        name: glTF's name: "POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0". Other attributes have the name in the stream's
+            metadata, such as "JOINTS_0", or "_GENERIC_0" and so on.
         unique_id: Draco's unique id; None for attributes of an asset.
         values: array of (points, components), one row for each point, in the type of the data. Writable.
         normalized: whether integers stand for fractions, as in glTF.
-        bits: of a component on its grid, or of a normal on its octahedron; 0 if values are stored exactly. None if
-            the data do not say it.
+        bits: bits of a component on its grid, or of a normal on its octahedron; 0 if values are stored exactly. None if
+            unknown.
         origin, range: the grid of quantized values: origin + i * range / (2**bits - 1), with i from 0 to 2**bits - 1.
-            `origin` is an array of (components,) float32. None for other attributes.
+            `origin` is an array of (components,) float32. Both are None for other attributes.
         are_integers: whether `values` are the integers of the stream (int32; see `decode`).
-        metadata: of the attribute, or None.
+        metadata: the attribute's `Metadata`, or None.
     """
 
     __slots__ = ("name", "unique_id", "values", "normalized", "bits", "origin", "range", "are_integers", "metadata")
@@ -75,19 +75,19 @@ class Attribute:
 
 
 class Mesh:
-    """A mesh or a point cloud, in arrays.
+    """A mesh or a point cloud in arrays.
 
-    `mesh["POSITION"]` is the array of an attribute, `mesh.by_id(0)` too, and `mesh.attributes["POSITION"]` describes
-    it. A point is a vertex of glTF: all attributes have one row for each point. Arrays own their memory: an array
-    stays as it is when the mesh goes.
+    `mesh["POSITION"]` and `mesh.by_id(0)` are arrays of attributes; `mesh.attributes["POSITION"]` describes the
+    attribute. A point is a vertex of glTF: all attributes have one row for each point. Arrays own their memory, and stay
+    valid without the mesh.
 
     Attributes:
-        faces: array of (faces, 3) uint32, numbers of points. No rows: a point cloud.
+        faces: array of (faces, 3) uint32, point indices. A point cloud has no rows.
         point_count: the number of points.
         attributes: dict of the attributes by name, in the order of the data.
-        coding: how it was stored: "sequential", "edgebreaker", "edgebreaker-valence", "cloud-sequential",
+        coding: how the mesh was stored: "sequential", "edgebreaker", "edgebreaker-valence", "cloud-sequential",
             "cloud-kd-tree", "patches", "draco" (a stream in a glTF asset), or "plain".
-        metadata: of the whole stream, or None.
+        metadata: the stream's `Metadata`, or None.
     """
 
     __slots__ = ("faces", "point_count", "attributes", "coding", "metadata")
@@ -107,7 +107,7 @@ class Mesh:
                     attribute.metadata = Metadata(*of_attributes[attribute.unique_id])
 
     def by_id(self, unique_id: int) -> NDArray[Any]:
-        """The array of the attribute with this unique id of Draco's. KeyError if there is none."""
+        """The array of the attribute with this Draco unique id. KeyError if it does not exist."""
         for attribute in self.attributes.values():
             if attribute.unique_id == unique_id:
                 return attribute.values
@@ -142,7 +142,7 @@ class Mesh:
 
     @property
     def points(self) -> NDArray[Any]:
-        """The positions: (points, 3), in most streams float32. KeyError if there are none."""
+        """The positions: (points, 3), in most streams float32. KeyError without positions."""
         return self["POSITION"]
 
     @property

@@ -19,7 +19,7 @@ _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
 def register() -> None:
-    """Registers the handlers of both extensions, in place of those that trimesh has.
+    """Registers the handlers of both extensions, in place of trimesh's own.
 
     ImportError: trimesh is missing, or has no handlers of extensions.
     """
@@ -42,12 +42,12 @@ def decode_stock(context: Dict[str, Any]) -> Dict[str, Any]:
 def _decode_primitive(context: Dict[str, Any], extension: str) -> Dict[str, Any]:
     data, primitive, arrays = context["data"], context["primitive"], context["accessors"]
     names = primitive["attributes"]
-    # trimesh has an array of zeros for an accessor without data, in the accessor's type.
+    # For an accessor without data, trimesh has an array of zeros in the accessor's type.
     accessors = {name: _accessor_of(arrays[names[name]]) for name in data["attributes"]}
     if "indices" in primitive:
         accessors["indices"] = _accessor_of(arrays[primitive["indices"]])
     mesh = _decode.decode_container(context["views"][data["bufferView"]], data["attributes"], accessors, extension=extension)
-    # New places: other primitives may share the accessors, and decode to other points.
+    # Uses new indices, because other primitives may share the accessors but decode to other points.
     for name in mesh:
         arrays.append(mesh[name])
         names[name] = len(arrays) - 1
