@@ -1,14 +1,14 @@
 // psplit/gltf: a glTF asset as typed arrays, without a loader.
 import type { Bytes, ComponentArray, ComponentType, Pool } from './index.js';
 
-/** MeshoptDecoder of the npm package meshoptimizer, or the one that three and Babylon.js have. */
+/** MeshoptDecoder of the npm package meshoptimizer, or the copy in three or Babylon.js. */
 export interface MeshoptDecoderLike {
   readonly ready?: Promise<void>;
   decodeGltfBuffer(target: Uint8Array, count: number, size: number, source: Uint8Array, mode: string, filter?: string): void;
 }
 
 export interface AssetOptions {
-  /** Decodes in its workers. By default the calling thread decodes. */
+  /** The pool whose workers decode. By default the calling thread decodes. */
   pool?: Pool;
   /**
    * Decodes buffer views with EXT_meshopt_compression or KHR_meshopt_compression, on the calling thread. Without it, assets that
@@ -23,41 +23,41 @@ export interface DecodedAccessor {
   type: ComponentType;
   componentCount: number;
   normalized: boolean;
-  /** `componentCount` components for each point, without gaps. */
+  /** `componentCount` components for each point, tightly packed. */
   array: ComponentArray;
 }
 
 export interface DecodedPrimitive {
-  /** The numbers of the mesh, and of the primitive in it. */
+  /** The index of the mesh, and of the primitive in the mesh. */
   mesh: number;
   primitive: number;
   /** glTF's: 4 is a list of triangles. */
   mode: number;
-  /** The number of the material, if it has one. */
+  /** The index of the material, if it has one. */
   material?: number;
   /** How the asset stores its triangles: in patches, in stock Draco, or in buffer views. */
   coding: 'patches' | 'draco' | 'none';
   pointCount: number;
-  /** In the type of the accessor; null if the primitive has no indices. */
+  /** In the accessor's type; null if the primitive has no indices. */
   indices: Uint8Array | Uint16Array | Uint32Array | null;
-  /** By glTF's names: POSITION, NORMAL, TEXCOORD_0 and so on. */
+  /** Accessors by glTF's attribute names: POSITION, NORMAL, TEXCOORD_0 and so on. */
   attributes: Record<string, DecodedAccessor>;
-  /** The same of each morph target, if it has some. */
+  /** The accessors of each morph target, by attribute name; missing without morph targets. */
   targets?: Record<string, DecodedAccessor>[];
 }
 
 export interface DecodedAsset {
-  /** The asset's JSON: nodes, materials and all else. */
+  /** The asset's whole JSON, with nodes, materials and the rest. */
   json: any;
-  /** All primitives of all meshes, in their order. Primitives that share what is stored may share arrays. */
+  /** All primitives of all meshes, in their order. Primitives that share stored data may share arrays. */
   primitives: DecodedPrimitive[];
 }
 
 /**
- * Decodes all primitives of a GLB, or of the JSON of a .gltf: PSPLIT_mesh_draco_patches, KHR_draco_mesh_compression, and what is
- * not compressed, or by meshoptimizer. Any bytes may be given. Fallbacks are read if what is compressed cannot be decoded, except if it is invalid.
- * Images and animations are not read. Errors name mesh and primitive.
- * @param options `url`: the asset's address, from which the addresses of other files are taken
+ * Decodes all primitives of a GLB, or of the JSON of a .gltf: PSPLIT_mesh_draco_patches, KHR_draco_mesh_compression, uncompressed
+ * ones, and buffer views compressed by meshoptimizer. Safe for untrusted bytes. If a compressed primitive cannot be decoded, its
+ * fallback is read, unless the compressed data are invalid. Images and animations are not read. Errors name mesh and primitive.
+ * @param options `url`: the asset's address, to which the addresses of its other files are relative
  */
 export function decodeGlb(data: Bytes, options?: AssetOptions & { url?: string | URL }): Promise<DecodedAsset>;
 

@@ -2,11 +2,11 @@
 import type { ChoosePatches, ChosenPatches, ContainerCounts, DecodedPart, Pool } from './index.js';
 
 export interface BabylonOptions {
-  /** Decodes. By default a pool that all loaders share, which ends its workers when they are idle. */
+  /** The pool that decodes. By default all loaders share a pool, which ends its workers when they are idle. */
   pool?: Pool;
   /**
-   * Whether psplit also decodes lists of triangles in KHR_draco_mesh_compression, which is the default: Babylon.js then loads no decoder
-   * for them. Bitstreams older than 2.2 need `false`, which leaves all of them to Babylon.js.
+   * Whether psplit also decodes lists of triangles in KHR_draco_mesh_compression, so that Babylon.js loads no decoder for them. By
+   * default true. Bitstreams older than 2.2 need `false`, which leaves all Draco streams to Babylon.js.
    */
   draco?: boolean;
 }
@@ -16,39 +16,41 @@ export interface BabylonOptions {
  * of `@babylonjs/loaders/glTF/2.0`.
  *
  * Whole primitives are decoded in the pool's workers. If a container cannot be decoded, the load fails with its mesh,
- * primitive and patch; if it is not invalid and the asset has a fallback, the fallback is loaded instead. Disposing the
- * loader ends its jobs.
+ * primitive and patch; if the container is valid but unsupported and the asset has a fallback, the fallback is loaded instead.
+ * Disposing the loader ends its jobs.
  */
 export function registerPsplit(
   registerGLTFExtension: (name: string, isGLTFExtension: boolean, factory: (loader: any) => any) => void,
   options?: BabylonOptions): void;
 
 export interface BabylonStreamingOptions {
-  /** Ends the download, the load and decoding, which reject with the code `aborted`. */
+  /** Stops the download, the load and decoding, which reject with the code `aborted`. */
   signal?: AbortSignal;
-  /** Of each container: its decoded patches, and their total. */
+  /** Called for each container with the number of its decoded patches and their total. */
   onProgress?: (done: number, total: number) => void;
   /**
-   * Whether meshes are shown while their patches arrive, which is the default. The load then resolves when each mesh has its first
+   * Whether meshes are shown while their patches arrive. By default true. The load then resolves when each mesh has its first
    * patches. Meshes have their final size, and gain triangles until `whole` resolves. Do not copy or change their geometry before.
-   * Meshes with stored weights of a skin, or with morph targets, arrive whole.
+   * Meshes with stored skin weights or morph targets arrive whole.
    */
   patchByPatch?: boolean;
-  /** The patches of a container, when they have arrived and are decoded; with `patchByPatch`, when the mesh has them. */
+  /** Called with patches of a container once they are decoded; with `patchByPatch`, once they are in the mesh. */
   onPart?: (part: DecodedPart, mesh: ContainerCounts & ChosenPatches) => void;
   /**
-   * Leaves patches out, as in `decodeUrl` of psplit. The mesh then has the chosen patches alone, in their order; its bounds are those
-   * of the whole mesh. It is not called for primitives with morph targets or attributes that are not in patches: these are whole.
+   * Leaves patches out, as in `decodeUrl` of psplit. The mesh then has only the chosen patches, in the chosen order, and the bounds
+   * of the whole mesh. It is not called for primitives whose morph targets or attributes are outside of the patches; these load
+   * whole.
    */
   choose?: ChoosePatches | null;
-  /** Others are Babylon.js' own. */
+  /** All other options are Babylon.js' own. */
   [option: string]: unknown;
 }
 
 /**
  * Loads a GLB or glTF file in patches, which are decoded while the file arrives. `load` is LoadAssetContainerAsync,
- * ImportMeshAsync or AppendSceneAsync of Babylon.js; call registerPsplit before. Resolves to what `load` does, with `psplit`: its
- * `whole` resolves when all meshes are whole, and rejects if one cannot be; none of its triangles are shown then.
+ * ImportMeshAsync or AppendSceneAsync of Babylon.js; call registerPsplit before. Resolves to the result of `load` with an
+ * additional member `psplit`: `psplit.whole` resolves when all meshes are whole, and rejects if one fails; none of that mesh's
+ * triangles are shown then.
  */
 export function loadStreaming<Scene, Result>(load: (source: string, scene: Scene, options?: any) => Promise<Result>, url: string,
   scene: Scene, options?: BabylonStreamingOptions): Promise<Result & { psplit: { whole: Promise<void> } }>;

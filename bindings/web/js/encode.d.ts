@@ -4,9 +4,9 @@ import type { ComponentArray, Configuration, PoolOptions } from './index.js';
 export { PsplitError } from './index.js';
 
 export interface AttributeToEncode {
-  /** Of the types that glTF has: of 8 and 16 bits, or floats. */
+  /** In a type of glTF: integers of 8 or 16 bits, or floats. */
   array: Int8Array | Uint8Array | Uint8ClampedArray | Int16Array | Uint16Array | Uint32Array | Float32Array | ComponentArray;
-  /** Components of a point, 1 to 16. Without it `itemSize` is taken, as three's BufferAttribute calls it. */
+  /** Components of each point, 1 to 16. By default `itemSize`, the name in three's BufferAttribute. */
   componentCount?: number;
   itemSize?: number;
   normalized?: boolean;
@@ -14,43 +14,44 @@ export interface AttributeToEncode {
 
 /** A list of triangles: for example a primitive of decodeGlb (psplit/gltf). */
 export interface MeshToEncode {
-  /** Three numbers of points for each face. Without them, each three points are a face. */
+  /** Three point indices for each face. Without them, each three consecutive points are a face. */
   indices?: Uint8Array | Uint16Array | Uint32Array | null;
   /**
-   * By glTF's names. POSITION is one of them. The deltas of morph target 3 may be `targets/3/POSITION` and so on; their ids go in
-   * the extension's `targets`.
+   * Attributes by glTF's names, including POSITION. The deltas of morph target 3 are named `targets/3/POSITION` and so on; their
+   * ids belong in the extension's `targets`.
    */
   attributes: Record<string, AttributeToEncode>;
   /**
-   * As many bytes for each point. Points that differ in them are not merged: for data beside the attributes, which `sourcePoints`
-   * puts in the order of the encoded mesh.
+   * An equal number of bytes for each point. Points that differ in these bytes are not merged: for data beside the attributes,
+   * which `sourcePoints` reorders for the encoded mesh.
    */
   distinct?: ArrayBufferView;
 }
 
-/** The options of `gltf-psplit encode`, with its defaults: docs/manual.md. */
+/** The options of `gltf-psplit encode`, with its defaults; see docs/manual.md. */
 export interface EncodeOptions {
   /** The number of patches, of all meshes together. */
   patches?: number;
-  /** Faces of a patch, about. */
+  /** The approximate number of faces in each patch. */
   patchFaces?: number;
-  /** Meshes of fewer faces are one patch: by default of fewer than 20,000, if neither `patches` nor `patchFaces` is given. */
+  /** Meshes of fewer faces become one patch. By default 20,000, if neither `patches` nor `patchFaces` is given. */
   minFaces?: number;
   /**
-   * How many patches a mesh gets otherwise: few (`size`), 2 to 16 or of 30,000 faces (`balanced`), or of 4,800 faces (`speed`). With
-   * `size` and without `encodeSpeed`, each attribute of a patch gets the prediction of fewest bytes, and condensed patches the smallest
-   * coding.
+   * The patches of a mesh without the options above: few (`size`), 2 to 16 or patches of 30,000 faces (`balanced`), or patches of
+   * 4,800 faces (`speed`). With `size` and without `encodeSpeed`, each attribute of a patch gets the prediction with the fewest
+   * bytes, and condensed patches get the smallest coding.
    */
   profile?: 'balanced' | 'speed' | 'size';
-  /** Bits of each component of positions: 14 by default. `auto`: as few as the mesh's edges allow. */
+  /** Bits of each component of positions: 14 by default. `auto`: the fewest that the mesh's edges allow. */
   positionBits?: number | 'auto';
-  /** In place of `positionBits`: the fewest bits for which no position is farther off. */
+  /** In place of `positionBits`: the largest allowed error of a position. The mesh gets the fewest bits that keep it. */
   maxError?: number;
   normalBits?: number;
   texcoordBits?: number;
   colorBits?: number;
   genericBits?: number;
-  /** Of morph targets, as if they were as wide as the attribute that they change. By default its bits. */
+  /** Sets the step of morph targets to that of their base attribute with this number of bits. By default the base attribute's bits.
+  */
   morphBits?: number;
   /** Keeps every float exactly. */
   lossless?: boolean;
@@ -58,117 +59,117 @@ export interface EncodeOptions {
   exact?: string[];
   /** Draco's speed, from 0 (small) to 10 (fast): 5 by default. */
   encodeSpeed?: number;
-  /** Condenses the patches: fewer bytes, for decoders that know it. */
+  /** Condenses the patches: fewer bytes, for decoders that support condensed patches. */
   condense?: boolean;
-  /** Stores the boxes of patches. */
+  /** Stores the bounding box of each patch. */
   boxes?: boolean;
   /** The order of patches: as they were cut, the largest first, or the nearest to a point first. */
   order?: 'cut' | 'size' | { near: [number, number, number] };
   keepDuplicates?: boolean;
   keepDegenerate?: boolean;
   keepUnused?: boolean;
-  /** Compares what the container decodes to with the mesh. By default true. */
+  /** Decodes the container and compares it with the mesh. By default true. */
   verify?: boolean;
-  /** Whether results have the arrays that the container decodes to. */
+  /** Whether results include the decoded arrays. */
   decoded?: boolean;
-  /** Called with the number of encoded faces, which grows, and their total. The last call has done = total. */
+  /** Called with the growing number of encoded faces and their total. In the last call, done equals total. */
   onProgress?: (done: number, total: number) => void;
   signal?: AbortSignal;
 }
 
 export interface MeshesOptions extends EncodeOptions {
   /**
-   * A number for each mesh. Meshes of one number share their quantization grids, so that borders that meet still meet. By default
-   * all do.
+   * A group number for each mesh. Meshes of a group share their quantization grids, so that common borders still meet. By default
+   * all meshes are one group.
    */
   grids?: number[];
 }
 
-/** How an attribute is requested from a decoder, and how it is stored. */
+/** The request for an attribute from a decoder, and its stored precision. */
 export interface EncodedAttribute {
   name: string;
   uniqueId: number;
   type: 'int8' | 'uint8' | 'int16' | 'uint16' | 'float32';
   componentCount: number;
   normalized: boolean;
-  /** Bits of a component; 0 if the values are kept exactly, as those are that no grid can hold (NaN, infinity). */
+  /** Bits of each component; 0 if the values are kept exactly, as always with values that no grid can hold (NaN, infinity). */
   bits: number;
-  /** With the option `decoded`. */
+  /** The decoded values, with the option `decoded`. */
   array?: ComponentArray;
 }
 
 export interface EncodedMesh {
   container: Uint8Array;
-  /** Of the encoded mesh: duplicate points are merged, and what draws nothing is dropped. */
+  /** Of the encoded mesh, without merged duplicates, degenerate faces and unused points. */
   faceCount: number;
   pointCount: number;
   /** Without the residue. */
   patchCount: number;
   hasResidue: boolean;
   attributes: EncodedAttribute[];
-  /** With the option `decoded`: three numbers of points for each face. */
+  /** With the option `decoded`: three point indices for each face. */
   indices?: Uint32Array;
-  /** For each point of the encoded mesh, the point of the given mesh that it was. */
+  /** For each point of the encoded mesh, its index in the given mesh. */
   sourcePoints: Uint32Array;
   mergedPoints: number;
   droppedPoints: number;
   droppedFaces: number;
-  /** Bytes of what condensed patches share. */
+  /** Bytes of the tables that condensed patches share. */
   headBytes: number;
-  /** The largest distance of a position from where it was. Missing if it was not verified. */
+  /** The largest distance between a position and its decoded position. Missing without `verify`. */
   positionError?: number;
 }
 
-/** Encodes on the calling thread. The container is that of `gltf-psplit encode --always-patches`, byte for byte. */
+/** Encodes on the calling thread. The container equals that of `gltf-psplit encode --always-patches`, byte for byte. */
 export function encodeMesh(mesh: MeshToEncode, options?: EncodeOptions): Promise<EncodedMesh>;
-/** Encodes several meshes with common grids, as the primitives of a glTF mesh. Errors name the number of the mesh. */
+/** Encodes several meshes with common grids, such as the primitives of a glTF mesh. Errors state the index of the mesh. */
 export function encodeMeshes(meshes: MeshToEncode[], options?: MeshesOptions): Promise<EncodedMesh[]>;
 
 export interface PointsToEncode {
-  /** By glTF's names. POSITION is one of them. Uint32Arrays may be among them. */
+  /** Attributes by glTF's names, including POSITION. Arrays may be Uint32Arrays, too. */
   attributes: Record<string, AttributeToEncode>;
 }
 
-/** What a point cloud has no part in is left out. */
+/** The options that apply to point clouds. */
 export type PointsOptions = Pick<EncodeOptions, 'positionBits' | 'maxError' | 'normalBits' | 'texcoordBits' | 'colorBits' | 'genericBits' | 'lossless'
   | 'exact' | 'encodeSpeed' | 'verify' | 'decoded' | 'signal'>;
 
 export interface EncodedPoints {
-  /** A Draco point cloud, as a `.drc` file has it. */
+  /** A Draco point cloud, the content of a `.drc` file. */
   stream: Uint8Array;
   pointCount: number;
   attributes: (Omit<EncodedAttribute, 'type'> & { type: EncodedAttribute['type'] | 'uint32' })[];
-  /** For each point of the stream, the given point that it was. A kD-tree has an order of its own. */
+  /** For each point of the stream, its index in the given points. A kD-tree reorders points. */
   sourcePoints: Uint32Array;
   positionError?: number;
 }
 
 /**
- * Encodes points without faces, on the calling thread, to the bytes of libdraco's encoder: as a kD-tree, or at `encodeSpeed` 10, and
- * with floats that are exact, sequentially, in their order. All points are kept.
+ * Encodes points without faces, on the calling thread, to the same bytes as libdraco: as a kD-tree, or sequentially, in the given
+ * order, at `encodeSpeed` 10 or if floats are kept exactly. All points are kept.
  */
 export function encodePoints(points: PointsToEncode, options?: PointsOptions): Promise<EncodedPoints>;
 
 /**
- * Says where `psplit_encoder.wasm` and `encode_worker.js` are, if not beside the package's code. An option that is left out has its
- * default again.
+ * Sets the places of `psplit_encoder.wasm` and `encode_worker.js`, if they are not beside the package's code. Omitted options are
+ * reset to their defaults.
  */
 export function configure(options: Omit<Configuration, 'condensedWasm'>): void;
 
 export interface Transfer {
-  /** Whether the mesh's arrays may be transferred to the worker: the caller's are then empty. */
+  /** Whether the mesh's arrays may be transferred to the worker, which leaves the caller's arrays empty. */
   transfer?: boolean;
 }
 
-/** Encodes in workers. `signal` ends a job at once. */
+/** Encodes in workers. `signal` stops a job at once. */
 export interface Encoder {
   ready(): Promise<void>;
   encodePoints(points: PointsToEncode, options?: PointsOptions & Transfer): Promise<EncodedPoints>;
   encodeMesh(mesh: MeshToEncode, options?: EncodeOptions & Transfer): Promise<EncodedMesh>;
   encodeMeshes(meshes: MeshToEncode[], options?: MeshesOptions & Transfer): Promise<EncodedMesh[]>;
-  /** Ends all workers. Jobs that are not done reject with the code `aborted`. */
+  /** Ends all workers. Unfinished jobs reject with the code `aborted`. */
   dispose(): void;
 }
 
-/** By default one worker, which does the jobs one after the other. */
+/** Creates an encoder, by default with one worker, which runs jobs one after the other. */
 export function createEncoder(options?: Omit<PoolOptions, 'shared'>): Encoder;

@@ -3,12 +3,12 @@ import { Extension, type JSONDocument, type ReaderContext, type Transform, type 
 import type { EncodeOptions, Encoder } from './encode.js';
 import type { AttributeRequest, Bytes, Configuration, DecodedContainer, Pool } from './index.js';
 
-/** Decodes at once, on the calling thread. */
+/** Decodes synchronously, on the calling thread. */
 export interface SynchronousDecoder {
   decodeContainer(data: Bytes, options: { attributes: AttributeRequest[] }): DecodedContainer;
 }
 
-/** Compiles the module. What it resolves to is the dependency `psplit.decoder`. */
+/** Compiles the module, and resolves to the dependency `psplit.decoder`. */
 export function createDecoder(options?: Pick<Configuration, 'wasm'>): Promise<SynchronousDecoder>;
 
 /**
@@ -18,29 +18,29 @@ export function createDecoder(options?: Pick<Configuration, 'wasm'>): Promise<Sy
 export function decodeAhead(document: JSONDocument, pool: Pool, options?: { signal?: AbortSignal }): Promise<void>;
 
 export interface PsplitOptions extends Omit<EncodeOptions, 'decoded'> {
-  /** Encodes in its worker. By default the calling thread encodes. */
+  /** The encoder whose worker encodes. By default the calling thread encodes. */
   encoder?: Encoder;
-  /** Which primitives share a quantization grid: none (`primitive`), those of a mesh (the default), or all (`scene`).
-   *  Then the grid is one that nodes move onto itself, if there is one; otherwise there is a warning. */
+  /** Which primitives share a quantization grid: none (`primitive`), all of a mesh (the default), or all of the scene (`scene`).
+   *  For `scene`, the grid is one that the nodes' transforms map onto itself; if none exists, a warning is logged. */
   quantizationVolume?: 'primitive' | 'mesh' | 'scene';
-  /** Whether loaders have to know the extension. Otherwise the file has the geometry once more, uncompressed. By default true. */
+  /** Whether loaders must support the extension. Otherwise the file also contains the uncompressed geometry. By default true. */
   required?: boolean;
-  /** As in `createDecoder`: a decoder compares containers with the document's geometry when it is written. */
+  /** As in `createDecoder`: when the document is written, a decoder compares the containers with its geometry. */
   wasm?: Configuration['wasm'];
 }
 
 /**
- * A transform that makes patches of all lists of triangles, with the bytes of `gltf-psplit encode --always-patches`. The document then
- * has the geometry to which they decode. Morph targets are in patches, but for zeros and exact floats: these get the new order of
- * points. The logger says what is left as it is: points, lines, strips, and what is in patches already.
+ * Returns a transform that encodes all lists of triangles in patches, to the bytes of `gltf-psplit encode --always-patches`. The
+ * document then has the decoded geometry. Patches include morph targets, except zeros and exact floats, which are only reordered.
+ * The logger lists the primitives that are left as they are: points, lines, strips, and primitives that are in patches already.
  */
 export function psplit(options?: PsplitOptions): Transform;
 
 /**
- * Reads containers. Writes those that were read, or made by psplit(), and whose geometry did not change since, byte for byte; other
- * geometry is written without compression, and the logger says why. If the extension is not required (`setRequired(false)`), the output also
- * has the uncompressed geometry, as a fallback, unless the mesh has coarse primitives. These are kept, but for extensions on them,
- * while the mesh has a container.
+ * Reads containers. Containers that were read, or made by psplit(), are written byte for byte if their geometry did not change
+ * since; other geometry is written without compression, and the logger says why. If the extension is not required
+ * (`setRequired(false)`), the output also has the uncompressed geometry, as a fallback, unless the mesh has coarse primitives.
+ * Coarse primitives are kept, without their extensions, as long as the mesh has a container.
  */
 export class PsplitMeshDracoPatches extends Extension {
   static readonly EXTENSION_NAME: 'PSPLIT_mesh_draco_patches';

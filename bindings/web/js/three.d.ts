@@ -5,12 +5,12 @@ import type { ChoosePatches, ChosenPatches, DecodedPart, Pool } from './index.js
 
 declare module 'three/addons/loaders/GLTFLoader.js' {
   interface GLTF {
-    /** Of loads with a PsplitPlugin; others do not have it. */
+    /** Set only if a PsplitPlugin was registered. */
     psplit: PsplitPlugin;
   }
 }
 
-/** What the plugin needs of a GLTFParser: that of three, or of three-stdlib. */
+/** The members of a GLTFParser, of three or three-stdlib, that the plugin uses. */
 export interface PsplitParser {
   json: any;
   options: { path: string; manager: LoadingManager };
@@ -19,31 +19,30 @@ export interface PsplitParser {
 }
 
 export interface PsplitPluginOptions {
-  /** Decodes. By default one pool that all plugins of the page share. */
+  /** The pool that decodes. By default all plugins of the page share one. */
   pool?: Pool;
   /**
-   * Ends decoding, and with loadStreaming also the download. The load rejects with the code `aborted`. `LoadingManager.abort()`
-   * does the same.
+   * Stops decoding, and with loadStreaming also the download. The load rejects with the code `aborted`. `LoadingManager.abort()`
+   * has the same effect.
    */
   signal?: AbortSignal;
   /**
-   * Is called while patches are decoded: how many are done, of how many in all containers that decoding has begun with. The
-   * last argument is the primitive (its first use, if several primitives share a container).
+   * Called while patches are decoded, with the number of decoded patches and the total of all containers whose decoding has begun.
+   * The last argument is the primitive (the first one, if several share the container).
    */
   onProgress?(done: number, total: number, primitive: { mesh: number; primitive: number }): void;
   /**
    * Whether meshes are shown while their patches arrive. The loader then resolves when each mesh has its first patches. The
    * geometries have their final size, and gain triangles until `whole` resolves. Draw again on each `onProgress`. Do not
-   * copy or change the geometries before `whole`. Meshes with stored weights of a skin, or with morph
-   * targets in patches, arrive whole.
+   * copy or change the geometries before `whole`. Meshes with stored skin weights, or with morph targets in patches, arrive whole.
    */
   patchByPatch?: boolean;
-  /** With `patchByPatch`: is called when the patches of a part have been written to the geometry. */
+  /** With `patchByPatch`: called when the patches of a part have been written to the geometry. */
   onPart?(part: DecodedPart, primitive: { mesh: number; primitive: number }): void;
   /**
-   * With loadStreaming: leaves patches out, as in `decodeUrl` of psplit. The geometry then has the chosen patches alone, in their
-   * order; bounds that are taken from the file are those of the whole mesh. It is not called for primitives with morph targets or
-   * attributes that are not in patches: these are whole.
+   * With loadStreaming: leaves patches out, as in `decodeUrl` of psplit. The geometry then has only the chosen patches, in the
+   * chosen order; bounds that the file states are those of the whole mesh. It is not called for primitives whose morph targets or
+   * attributes are outside of the patches; these load whole.
    */
   choose?: ChoosePatches | null;
   /**
@@ -52,13 +51,13 @@ export interface PsplitPluginOptions {
    * a DRACOLoader. Bitstreams older than 2.2 need three's DRACOLoader, here or as a PsplitDracoLoader's `fallback`.
    */
   dracoLoader?: Loader<BufferGeometry> | false;
-  /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */
+  /** The name of the file, for errors. By default the loader's path, which lacks the name of a GLB. */
   file?: string;
 }
 
-/** What a mesh was made of. If patches were chosen, the numbers are those of the chosen ones. */
+/** The patches of which a mesh was made. If patches were chosen, the counts are those of the chosen patches. */
 export interface PatchFacts extends ChosenPatches {
-  /** Of the whole container. */
+  /** The size of the whole container. */
   bytes: number;
   patchCount: number;
   hasResidue: boolean;
@@ -66,24 +65,24 @@ export interface PatchFacts extends ChosenPatches {
   isCondensed: boolean;
   faceCount: number;
   pointCount: number;
-  /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` to before `firstFaces[i + 1]`. */
+  /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` up to `firstFaces[i + 1]`, exclusive. */
   firstFaces: Uint32Array;
 }
 
 /**
- * Decodes PSPLIT_mesh_draco_patches in GLTFLoader, and KHR_draco_mesh_compression, which the loader then needs no DRACOLoader for:
+ * Decodes PSPLIT_mesh_draco_patches and KHR_draco_mesh_compression in GLTFLoader, which then needs no DRACOLoader:
  *
  *     loader.register((parser) => new PsplitPlugin(parser, { pool }));
  *
- * Each primitive becomes one mesh. Errors have the numbers of the mesh and the primitive in `mesh` and `primitive`, and
- * the decoder's error in `cause`. The result of the load has the plugin in `psplit`.
+ * Each primitive becomes one mesh. Errors have the indices of the mesh and the primitive in `mesh` and `primitive`, and the
+ * decoder's error in `cause`. The result of the load has the plugin in `psplit`.
  */
 export class PsplitPlugin implements GLTFLoaderPlugin {
   constructor(parser: PsplitParser, options?: PsplitPluginOptions);
   readonly name: 'PSPLIT_mesh_draco_patches';
-  /** Resolves when all meshes are whole. Rejects if one cannot be; none of its triangles are shown then. */
+  /** Resolves when all meshes are whole. Rejects if one fails; none of that mesh's triangles are shown then. */
   readonly whole: Promise<void>;
-  /** The patches of a mesh of the result; null if it was not made of patches, or is not whole yet. */
+  /** The patches of a mesh of the result; null if it was not made of patches, or is not yet whole. */
   patchesOf(mesh: Object3D): PatchFacts | null;
   beforeRoot(): Promise<void>;
   loadBufferView(index: number): Promise<ArrayBuffer> | null;
@@ -91,27 +90,27 @@ export class PsplitPlugin implements GLTFLoaderPlugin {
 }
 
 /**
- * Loads a GLB or glTF file while its bytes arrive, with all that the loader is set to: meshes gain triangles patch by patch
- * from the first bytes on. Resolves when each mesh has its first patches, and textures are there.
+ * Loads a GLB or glTF file while its bytes arrive, with the loader's settings: meshes gain triangles patch by patch from the first
+ * bytes on. Resolves when each mesh has its first patches and all textures are loaded.
  *
  *     const { scene, psplit } = await loadStreaming(new GLTFLoader(), '/model.glb', { onProgress: draw });
  *     await psplit.whole;
  *
- * The loader needs no plugin for it. `patchByPatch` is true if the options do not say otherwise. `signal` ends the download
- * as well. (GLTFLoader's own `load` reads a GLB to its end before a plugin sees it.)
+ * The loader needs no plugin for this. `patchByPatch` is true by default. `signal` also stops the download. (GLTFLoader's own
+ * `load` reads a GLB to its end before a plugin sees it.)
  */
 export function loadStreaming(loader: GLTFLoader, url: string, options?: PsplitPluginOptions): Promise<GLTF>;
 
 export interface PsplitDracoLoaderOptions {
   manager?: LoadingManager;
-  /** Decodes. By default a pool of the loader's own, which `dispose` ends. */
+  /** The pool that decodes. By default the loader has its own, which `dispose` ends. */
   pool?: Pool;
-  /** For example a DRACOLoader. It decodes what psplit does not support: point clouds, bitstreams older than 2.2. */
+  /** A loader, such as a DRACOLoader, for streams that psplit does not support: point clouds, bitstreams older than 2.2. */
   fallback?: Loader<BufferGeometry> | { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
 }
 
 /**
- * The interface of three's DRACOLoader. For GLTFLoader:
+ * Has the interface of three's DRACOLoader. To use it in GLTFLoader:
  *
  *     loader.setDRACOLoader(new PsplitDracoLoader({ pool }));
  */
@@ -128,12 +127,12 @@ export class PsplitDracoLoader extends Loader<BufferGeometry> {
    * @deprecated as in three's DRACOLoader
    */
   setDecoderConfig(config: object): this;
-  /** The most workers of the loader's own pool. Call it before decoding. */
+  /** Sets the maximum number of workers of the loader's own pool. Call it before decoding. */
   setWorkerLimit(limit: number): this;
   preload(): this;
   load(url: string, onLoad?: (geometry: BufferGeometry) => void, onProgress?: (event: ProgressEvent) => void,
     onError?: (error: any) => void): void;
-  /** Decodes a .drc file. Its colours are taken as sRGB, as DRACOLoader does. */
+  /** Decodes a .drc file. Its colours are taken as sRGB, as by DRACOLoader. */
   parse(buffer: ArrayBuffer, onLoad: (geometry: BufferGeometry) => void, onError?: (error: unknown) => void): void;
   decodeDracoFile(buffer: ArrayBuffer, callback: (geometry: BufferGeometry) => void, attributeIDs?: Record<string, number> | null,
     attributeTypes?: Record<string, string> | null, vertexColorSpace?: string, onError?: (error: unknown) => void): Promise<void>;
