@@ -46,7 +46,7 @@ namespace GltfPsplit
     {
         /// <summary>Without a pool: the threads of this call; 0 means one for each processor.</summary>
         public int Threads;
-        /// <summary>Threads that are there already. Who calls often keeps a pool.</summary>
+        /// <summary>Threads of a pool. Reuse a pool for frequent calls.</summary>
         public WorkerPool Pool;
         /// <summary>Ends the call, which then throws OperationCanceledException.</summary>
         public CancellationToken CancellationToken;

@@ -73,7 +73,7 @@ impl Drop for Stop {
 pub struct Run<'a> {
     /// Without a pool: the threads of this call; 0 means one for each processor.
     pub threads: u32,
-    /// Threads that are there already. Who calls often keeps a pool.
+    /// Threads of a pool. Reuse a pool for frequent calls.
     pub pool: Option<&'a Pool>,
     /// Ends the call when it is set.
     pub stop: Option<&'a Stop>,
