@@ -233,8 +233,8 @@ class FaceRows<Index, true> {
   bool has_even_ = false;
 };
 
-// Adds a face for each symbol, of which there is at least one. All of its state is in this function, so that it
-// stays in registers. It tells `symbols` about each face (added), and about vertices that S merged. If
+// Adds a face for each symbol; requires one or more symbols. All of its state is local to this function, so
+// that it stays in registers. It tells `symbols` about each face (added), and about vertices that S merged. If
 // `symbols` has brought(vertex, corner), it also says at which corner a vertex is new. C brings no vertex, but
 // may call it as well: the symbol that brings that vertex calls it again. If `symbols` has finish(), it is
 // called after the last symbol.

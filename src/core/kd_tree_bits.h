@@ -54,7 +54,7 @@ class TreeNumbers {
     for (uint32_t i = 0; i < places; ++i)
       if (const Fault fault = places_[i].start(reader); fault != Fault::kNone) return fault;
     if (coding == NumberCoding::kRans) return Fault::kNone;
-    RansBits single;  // bits that are no part of a number: there are none
+    RansBits single;  // unused: all bits belong to numbers
     return single.start(reader);
   }
 

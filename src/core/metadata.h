@@ -7,25 +7,25 @@
 
 namespace psplit::core {
 
-// What walk_metadata visits, and a visitor that skips it. A tree begins with `attribute` or `geometry`. For
-// each of its parts, from the root on and each part before those that follow it on its level, come the entries
-// and `end`, and for all but the root first `begin`.
+// The calls that walk_metadata makes, and a visitor that ignores them. Each tree begins with `attribute` or
+// `geometry`. Its parts follow in depth-first order, from the root on: `begin` (except for the root), `entry`
+// for each entry, then `end`.
 struct MetadataVisitor {
   PSPLIT_HD void attribute(uint32_t /*unique_id*/) {}
   PSPLIT_HD void geometry() {}
   PSPLIT_HD void begin(View<const uint8_t> /*name*/) {}
   PSPLIT_HD void entry(View<const uint8_t> /*name*/, View<const uint8_t> /*value*/) {}
-  PSPLIT_HD void end(uint32_t /*part_count*/) {}  // so many parts are in this one
+  PSPLIT_HD void end(uint32_t /*part_count*/) {}  // `part_count` child parts follow
 };
 
-// Takes `count` bytes from the reader. They are not there if it is truncated afterwards.
+// Takes `count` bytes from the reader. The view is empty, and the reader truncated, if fewer are left.
 PSPLIT_HD inline View<const uint8_t> take_bytes(ByteReader& reader, uint32_t count) {
   const uint8_t* const bytes = reader.head();
   return reader.skip(count) ? View<const uint8_t>(bytes, count) : View<const uint8_t>();
 }
 
-// Metadata may nest; this counts the parts that are still to come, without recursion. Together, all parts that
-// `end` counts are fewer than the bytes that are left.
+// Metadata may nest; the parts that are still to come are counted, without recursion. At each `end`, the
+// announced parts do not exceed the bytes that are left.
 template <typename Visitor>
 PSPLIT_HD Fault walk_metadata(ByteReader& reader, Visitor& visitor) {
   const uint32_t attribute_count = reader.varint();
