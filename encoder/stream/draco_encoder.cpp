@@ -95,7 +95,7 @@ std::vector<uint32_t> own_values(uint32_t point_count) {
   return values;
 }
 
-// Which values are equal matters only where several points have a position: there are seams.
+// Equal values matter only at seams, where several points have the same position.
 WeldedMesh share_values(const DracoMesh& draco, bool has_one_table) {
   const Mesh& mesh = draco.mesh;
   const auto values_of = [&](size_t i) {
@@ -131,7 +131,7 @@ Status deduplicate(DracoMesh& draco) {
       number[point] = number[number[point]];
       continue;
     }
-    // The values move down, each to where one before was read.
+    // Compacts the values in place.
     for (Attribute& attribute : mesh.attributes) {
       std::byte* const values = attribute.values.data();
       std::memmove(values + count * attribute.stride(), values + point * attribute.stride(),
