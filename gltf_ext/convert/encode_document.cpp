@@ -531,7 +531,7 @@ Expected<Geometry> read_geometry(Document& document, const EncodeDocumentOptions
   if (Status status = check_patches(document, pool); !status.ok()) return status;
   Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
   if (!dropped) return dropped.status();
-  // The temporary files of a mesh file have one primitive. Their space goes as soon as it can.
+  // The temporary files of a mesh file hold one primitive. Their space is freed early.
   const auto forget = [&document] {
     if (!document.spooled) return;
     std::ranges::fill(document.buffers, Buffer());
