@@ -5,10 +5,11 @@ import { array_of, kSemantics, kTypes } from './types.js';
 
 export const wrong_length = () => new PsplitError('container: its length is not the sum of its parts', 'invalid-input');
 
-// glTF's number of a type.
+// glTF's component types.
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 
-// The boxes of streams, which a section of a valid container's head may have. Undefined if there are none, or if they are broken.
+// The boxes of streams, from the optional section of a valid container's head. Undefined if the section is missing or its boxes
+// are invalid.
 function boxes_of(bytes, stream_count) {
   const kBoxes = 128, kBounds = 24, kSteps = 255;
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), { begin, end } = head_of(bytes);
@@ -46,8 +47,8 @@ export function joined(chunks) {
   return bytes;
 }
 
-// What is there of a container's bytes: those to the end of the head, or more, and the rest arrives; all; or the same as at
-// first, for choose().
+// How much of the container is present: at least the head, while the rest arrives (kFront); all of it (kWhole); or at least the
+// head, without memory for the streams, for choose() (kOutline).
 export const kFront = 0;
 export const kWhole = 1;
 export const kOutline = 2;
@@ -57,7 +58,7 @@ export class Container {
   #handle;
   #first;
   #end;
-  #decoded;      // the end of the decoded streams
+  #decoded;      // end of the decoded streams
   #memory;       // of the container's bytes
   #arrived = 0;  // bytes
   #rows;         // where the directory's rows are
@@ -85,7 +86,7 @@ export class Container {
     this.stream_count = stream_count;
     this.has_residue = has_residue !== 0;
     this.is_condensed = is_condensed !== 0;
-    // A number for each stream, and the count of the mesh.
+    // The first index of each stream, then the count of the mesh.
     this.first_faces = instance.view(Uint32Array, faces_at, stream_count + 1).slice();
     this.first_points = instance.view(Uint32Array, points_at, stream_count + 1).slice();
   }
@@ -109,8 +110,8 @@ export class Container {
     return Uint32Array.from({ length: this.stream_count }, (_, i) => rows[i * length + number]);
   }
 
-  // Makes an outline the container of some patches, which share no points. Returns the streams that they need, in the order in
-  // which they are to arrive after place_chosen(). The stitch map is only needed if has_borders.
+  // Turns an outline into the container of the given patches, which share no points. Returns the streams that they need, in the
+  // order in which these must arrive after place_chosen(). The stitch map is needed only if has_borders.
   choose(patches, stitch_map) {
     const instance = this.#instance, boxes = this.boxes;
     if (this.has_borders && stitch_map.length !== sum(this.column(kStitchBytes))) throw wrong_length();
@@ -126,25 +127,25 @@ export class Container {
     this.#read_counts();
   }
 
-  // Of a container that arrives: its next bytes.
+  // Appends the next bytes of an arriving container.
   add_bytes(bytes) {
     if (this.#arrived + bytes.length > this.byte_count) throw wrong_length();
     this.#instance.view(Uint8Array, this.#memory + this.#arrived, bytes.length).set(bytes);
     this.#arrived += bytes.length;
   }
-  // Returns the number of streams that have arrived. They are to be decoded before the next call.
+  // Returns the number of streams that have arrived. They must be decoded before the next call.
   arrived_streams() {
     const stream_count = this.#instance.exports.arrive(this.#handle, this.#arrived);
     const failure = this.failure();
     if (failure !== undefined) throw failure.error;
     return stream_count;
   }
-  // No bytes come any more.
+  // Ends arrival: all bytes must be present.
   end_arrival() {
     if (this.#arrived < this.byte_count) throw wrong_length();
   }
 
-  // Requests attributes; without any, all that the first stream has.
+  // Requests the given attributes, or by default all of the first stream.
   request(attributes) {
     this.attributes = attributes ?? this.#stored();
     for (const { name, uniqueId, type, componentCount, normalized } of this.attributes) {
@@ -165,14 +166,14 @@ export class Container {
     });
   }
 
-  // Takes the memory for streams [first, end).
+  // Allocates the memory for streams [first, end).
   begin(first, end) {
     this.#first = this.#decoded = first;
     this.#end = end;
     if (!this.#instance.exports.begin_range(this.#handle, first, end)) throw this.#instance.last_error();
   }
-  // Decodes those that have arrived, and calls on_streams(end) when the streams before `end` are decoded. Returns
-  // { stage, error } if one of them failed.
+  // Decodes the streams that have arrived, and calls on_streams(end) when the streams before `end` are decoded. Returns {
+  // stage, error } if a stream failed.
   decode(on_streams) {
     for (let count; (count = this.#instance.exports.decode_streams(this.#handle)) > 0;)
       on_streams?.(this.#decoded += count);
@@ -183,7 +184,7 @@ export class Container {
     return stage === 0 ? undefined : { stage, error: this.#instance.last_error() };
   }
 
-  // Views of what streams [first, end) of the range became: the indices, then the values of each attribute.
+  // Views of the decoded streams [first, end) of the range: the indices, then the values of each attribute.
   arrays(first = this.#first, end = this.#end) {
     const view_of = (Type, at, numbers, width) => {
       const begin = numbers[first] - numbers[this.#first];
@@ -194,7 +195,7 @@ export class Container {
       ...this.attributes.map(({ type, componentCount }, i) =>
         view_of(array_of(type), range_values(this.#handle, i), this.first_points, componentCount))];
   }
-  // Where the range's arrays go in the mesh's.
+  // Offsets of the range's arrays in the mesh's arrays.
   get offsets() {
     return [3 * this.first_faces[this.#first],
       ...this.attributes.map(({ componentCount }) => componentCount * this.first_points[this.#first])];
@@ -204,7 +205,7 @@ export class Container {
     return this.#instance.view(Uint8Array, this.#instance.exports.resolved_streams(this.#handle), this.stream_count);
   }
 
-  // What the lead needs of the range.
+  // The range's stitching data, for the lead worker.
   stitching() {
     return this.#list('stitching').slice();
   }
@@ -213,7 +214,7 @@ export class Container {
     this.#instance.exports.add_stitching(this.#handle, first, at, words.length);
     this.#instance.exports.release(at);
   }
-  // Resolves the references of all streams that are not final: a corner of the mesh and its index, and so on.
+  // Resolves the references of all streams that are not final. Returns pairs: a corner of the mesh, and its index.
   resolve_rest() {
     return this.#list('resolve_rest');
   }
