@@ -32,13 +32,13 @@ void set_defaults(psplit_encode_options& options) {
 
 constexpr int kExactly = -1;
 
-// In the interface for C, 0 means the default, and -1 exact values.
+// In the C interface, 0 means the default, and -1 means exact values.
 int bits_of(int32_t bits) { return bits == kExactly ? 0 : bits; }
 
 Status check_bits(const char* what, int32_t bits) {
   if (bits == kExactly || (bits >= 1 && bits <= kMostGridBits)) return {};
-  return wrong_usage(std::string(what) + ": " + std::to_string(bits) + " bits; 1 to " +
-                     std::to_string(kMostGridBits) + " and -1 are possible");
+  return wrong_usage(std::string(what) + ": " + std::to_string(bits) + " bits; bits must be -1 or 1 to " +
+                     std::to_string(kMostGridBits));
 }
 
 struct Options {
@@ -62,7 +62,7 @@ Expected<Options> read_options(const psplit_encode_options* from) {
     stated = *read;
   }
   if (stated.kind < PSPLIT_KIND_NONE || stated.kind > PSPLIT_KIND_DRACO)
-    return wrong_usage("there is no kind " + std::to_string(stated.kind) + " to encode");
+    return wrong_usage("kind " + std::to_string(stated.kind) + " cannot be encoded");
   constexpr uint32_t kFlags = PSPLIT_ENCODE_KEEP_DUPLICATES | PSPLIT_ENCODE_KEEP_DEGENERATE |
                               PSPLIT_ENCODE_KEEP_UNUSED | PSPLIT_ENCODE_CONDENSE |
                               PSPLIT_ENCODE_WITHOUT_VERIFYING | PSPLIT_ENCODE_POINTS;

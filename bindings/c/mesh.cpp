@@ -115,7 +115,7 @@ Expected<std::unique_ptr<psplit_mesh>> open_mesh(const psplit_source* from) {
   if (!source) return source.status();
   const bool is_file = source->kind == PSPLIT_KIND_DRACO_FILE;
   if (!is_file && source->kind != PSPLIT_KIND_PATCHES && source->kind != PSPLIT_KIND_DRACO)
-    return wrong_usage("there is no kind " + std::to_string(source->kind));
+    return wrong_usage("kind " + std::to_string(source->kind) + " cannot be opened");
   const uint32_t known = PSPLIT_COPY | (is_file ? PSPLIT_INTEGERS : 0);
   if ((source->flags & ~known) != 0)
     return wrong_usage("a psplit_source of this kind has no flags " + std::to_string(source->flags & ~known));

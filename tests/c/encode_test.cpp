@@ -361,7 +361,7 @@ TEST(CEncode, WrongSourcesAreErrors) {
     s.source.attributes = s.attributes.data();
     s.source.attribute_count = 2;
   });
-  expect(PSPLIT_ERROR_USAGE, "there is no kind 3",
+  expect(PSPLIT_ERROR_USAGE, "kind 3 cannot be encoded",
          [](Source, Options options) { options.kind = PSPLIT_KIND_DRACO_FILE; });
   expect(PSPLIT_ERROR_USAGE, "speed 11", [](Source, Options options) { options.speed = 11; });
   expect(PSPLIT_ERROR_USAGE, "speed -1", [](Source, Options options) { options.speed = -1; });

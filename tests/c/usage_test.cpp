@@ -248,8 +248,8 @@ TEST(CUsage, WrongSourcesAreErrors) {
   using Source = psplit_source&;
   using Request = psplit_attribute_request&;
   expect(PSPLIT_OK, "", [](Source, Request) {});
-  expect(PSPLIT_ERROR_USAGE, "there is no kind 7", [](Source source, Request) { source.kind = 7; });
-  expect(PSPLIT_ERROR_USAGE, "there is no kind 0", [](Source source, Request) { source.kind = 0; });
+  expect(PSPLIT_ERROR_USAGE, "kind 7 cannot be opened", [](Source source, Request) { source.kind = 7; });
+  expect(PSPLIT_ERROR_USAGE, "kind 0 cannot be opened", [](Source source, Request) { source.kind = 0; });
   expect(PSPLIT_ERROR_USAGE, "no flags 2", [](Source source, Request) { source.flags = PSPLIT_INTEGERS; });
   expect(PSPLIT_ERROR_USAGE, "the bytes are null", [](Source source, Request) { source.data = nullptr; });
   expect(PSPLIT_ERROR_USAGE, "psplit_attribute_request is null",
