@@ -76,7 +76,7 @@ def a_batch_goes_on_later(folder):
     code, text = press_ctrl_c(folder, lambda: len(list(out.glob("*.glb"))) > 0, *batch)
     made = len(list(out.glob("*.glb")))
     expect(code == MAY_PASS, "batch exits with", code, "after", made, "assets:", text)
-    expect(re.search(r"stopped by a signal after \d+ assets?; run it again to go on", text), text)
+    expect(re.search(r"stopped by a signal after \d+ assets?; run the command again to continue", text), text)
     expect(0 < made < count, made, "assets were made before it stopped")
     done = run(folder, *batch)
     expect(done.returncode == 0 and len(list(out.glob("*.glb"))) == count, done.returncode, done.stderr)

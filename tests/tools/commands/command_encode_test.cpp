@@ -45,7 +45,7 @@ TEST_F(EncodeCommand, CoarsePrimitivesAreForLoadersWithoutTheExtension) {
   EXPECT_TRUE(contains(err_, "dropped"));
   must_run({"diff", path("a.glb"), path("b.glb")});
   for (const std::string share : {"coarse=", "coarse=5", "coarse=0%", "coarse=101%", "coarse=x%", "coarser"})
-    fails(1, {"encode", input, coarse, "--fallback", share}, "is neither none, uncompressed, coarse nor");
+    fails(1, {"encode", input, coarse, "--fallback", share}, "is not none, uncompressed, coarse or");
   fails(1, {"encode", input, coarse, "--fallback", "coarse", "--compat", "khr"}, "--compat khr writes none");
   // A batch takes the option, too.
   must_run({"batch", input, "-o", path("out"), "--patches", "4", "--fallback", "coarse=5%", "-q"});
@@ -363,7 +363,8 @@ TEST_F(EncodeCommand, CompressesPointsByMeshoptimizer) {
     EXPECT_FALSE(contains(read_bytes(path("c.glb")), "meshopt"));
   }
   fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt=zip"}, "--meshopt");
-  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt", "--memory", "1GB"}, "without --memory");
+  fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt", "--memory", "1GB"},
+        "cannot be used with --memory");
   fails(1, {"encode", path("a.gltf"), path("d.glb"), "--animation-rotation-bits", "12"}, "requires --meshopt");
   fails(1, {"encode", path("a.gltf"), path("d.glb"), "--meshopt", "--lossless", "--animation-scale-bits", "9"},
         "excludes");

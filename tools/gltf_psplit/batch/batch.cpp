@@ -322,7 +322,7 @@ class Batch {
   static Status cause_of(const ProcessEnd& end) {
     constexpr int kKill = 9;
     const std::string number = std::to_string(end.number);
-    if (!end.by_signal) return runtime_failure("the process that worked on it ended with code " + number);
+    if (!end.by_signal) return runtime_failure("its worker process ended with code " + number);
     return end.number == kKill ? may_pass("was killed, probably because memory ran out")
                                : runtime_failure("crashed with signal " + number);
   }
@@ -399,7 +399,7 @@ class Batch {
     if (!failure_.ok()) return failure_;
     if (is_cut_short())
       return may_pass("stopped by a signal after " + counted(tally_.assets(), "asset") +
-                      "; run it again to go on");
+                      "; run the command again to continue");
     return tally_.status(arguments_.max_failures);
   }
 

@@ -33,9 +33,9 @@ struct BatchCommandArguments {
 
 void add_inputs(CLI::App& command, BatchArguments& batch) {
   command.add_option("IN", batch.request.words,
-                     "The inputs: files that encode reads; folders with all such files below them; patterns in "
-                     "quotes (*, ?, [], and ** for any number of folders); @FILE, a list with one of these on "
-                     "each line and comments after #");
+                     "The inputs: files in a format that encode reads; folders, for all such files below them; "
+                     "quoted patterns (*, ?, [], and ** for any number of folders); @FILE, a list with one of "
+                     "these on each line and comments after #");
 }
 
 void add_output_folder(CLI::App& command, const std::string& names, BatchArguments& batch) {
@@ -45,8 +45,8 @@ void add_output_folder(CLI::App& command, const std::string& names, BatchArgumen
 
 void add_base(CLI::App& command, BatchArguments& batch) {
   add_word_option(command, "--base", batch.request.base, "DIR",
-                  "Folder that the paths of the inputs are relative to. Default: the deepest folder that holds "
-                  "all inputs");
+                  "Folder to which the paths of the inputs are relative. Default: the deepest folder that "
+                  "holds all inputs");
 }
 
 // The options that all shards must agree on.
@@ -111,24 +111,25 @@ void add_job_options(CLI::App& command, BatchCommandArguments& arguments) {
   BatchArguments& batch = arguments.batch;
   const std::string group = "Jobs";
   add_word_option(command, "--manifest", batch.manifest, "FILE",
-                  "Take the assets from FILE, which `batch plan` wrote")
+                  "Take the assets from FILE, a manifest of `batch plan`")
       ->group(group);
   add_word_option(
       command, "--shard", arguments.shard, "I/N",
-      "Work on one of N shards: I/N, with I from 0 to N - 1. auto: I and N of the Slurm array or the "
-      "AWS Batch array that this runs in; auto/N: only I, also in an Indexed Job of Kubernetes")
+      "Work on one of N shards: I/N, with I from 0 to N - 1. auto: take I and N from the Slurm or AWS Batch "
+      "array that runs this task; auto/N: take only I, also from an Indexed Job of Kubernetes")
       ->group(group);
-  command.add_flag("--dry-run", batch.dry_run, "Only tell what would be done")->group(group);
-  command.add_flag("--force", batch.force, "Also do what is up to date, and replace read-only outputs")
+  command.add_flag("--dry-run", batch.dry_run, "Only list what would be done")->group(group);
+  command
+      .add_flag("--force", batch.force, "Also redo outputs that are up to date, and replace read-only outputs")
       ->group(group);
   command
       .add_flag("--prune", batch.prune,
-                "Do not work, but list the outputs that batch made from inputs that are gone; with --force, "
-                "remove them. What changed since stays")
+                "Only list the outputs that batch made from inputs that no longer exist; with --force, remove "
+                "them. Outputs that changed since are kept")
       ->group(group);
   command
       .add_flag("--summary", batch.summarize,
-                "End with one line on stderr, also with -q: for the logs of array jobs")
+                "Print one summary line on stderr at the end, even with -q: for the logs of array jobs")
       ->group(group);
   command
       .add_option("--max-failures", batch.max_failures,
@@ -136,18 +137,17 @@ void add_job_options(CLI::App& command, BatchCommandArguments& arguments) {
       ->capture_default_str()
       ->type_name("N")
       ->group(group);
-  command.add_option("--timeout", batch.timeout_s, "Give up an asset after SECONDS")
+  command.add_option("--timeout", batch.timeout_s, "Abandon an asset after SECONDS")
       ->check(CLI::Range(0.001, 604800.0))
       ->type_name("SECONDS")
       ->group(group);
   add_size_option(command, "--memory", batch.memory,
-                  "Begin assets only while they are expected to fit into SIZE together, such as 8GB; a larger "
-                  "one runs alone. Default: nine tenths of what the container or the machine has")
+                  "Start assets only while all running ones are expected to fit into SIZE, such as 8GB; a "
+                  "larger one runs alone. Default: nine tenths of the memory of the container or the machine")
       ->group(group);
-  add_choice_option(
-      command, "--progress", arguments.progress, {"bar", "json"},
-      "bar: a progress bar if stderr is a terminal. json: a line of JSON on stdout for each asset that "
-      "ended, at once")
+  add_choice_option(command, "--progress", arguments.progress, {"bar", "json"},
+                    "bar: a progress bar if stderr is a terminal. json: a line of JSON on stdout for each "
+                    "asset, as soon as it ends")
       ->group(group);
 }
 
@@ -253,7 +253,7 @@ void add_plan_command(CLI::App& batch, Action& action) {
 void add_merge_command(CLI::App& batch, Action& action) {
   auto arguments = std::make_shared<BatchCommandArguments>();
   CLI::App& command = *batch.add_subcommand(
-      "merge", "Join the records and the reports of all shards; while they run, tell how far they are");
+      "merge", "Join the records and the reports of all shards; while they run, show their progress");
   command.add_option("DIR", arguments->batch.folder, "The --out-dir of the shards")->required();
   add_word_option(
       command, "--report", arguments->batch.report, "FILE",

@@ -46,8 +46,7 @@ Status check_uncompressed(const Document& document) {
     const PrimitiveRecord& primitive = document.records().primitive(id);
     if (!primitive.status.ok()) return primitive.status;
     if (primitive.storage() != PrimitiveStorage::kPlain && !document.from_draco)
-      return unsupported(
-          "is compressed already; compare from the original, or decode it first if there is none", place);
+      return unsupported("is compressed already: compare the original file, or decode this one first", place);
   }
   return {};
 }
@@ -217,7 +216,7 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_measuring_options(command, arguments->patch_counts, arguments->options);
   command.add_flag("--condense", arguments->condense, "Also measure each patch count with condensed patches");
   add_format_option(command, arguments->format, {"text", "json", "html"});
-  command.get_option("--format")->description("Format of the result. html is a page with charts");
+  command.get_option("--format")->description("Format of the result. html: a page with charts");
   add_text_output_option(command, arguments->output);
   add_wide_option(command, arguments->wide);
   add_backend_options(command, arguments->backend);

@@ -178,11 +178,11 @@ void add_decode_command(CLI::App& app, Action& action) {
   add_output_option(command, arguments->output, OutputForms::kGltfAndMeshFiles);
   add_choice_option(command, "--to", arguments->target, {"gltf", "draco"},
                     "gltf: plain accessors. draco: KHR_draco_mesh_compression, one stream for each primitive, "
-                    "encoded with the options below. A .drc file is such a stream");
+                    "encoded with the options below. A .drc output is one such stream");
   add_images_option(command, arguments->write);
   command.add_flag("--accept-loss", arguments->accept_loss,
-                   "Write an .obj, .ply, .stl or .drc file although it cannot hold all of the asset. A warning "
-                   "names what is left out; without this option it is an error (exit code 5)");
+                   "Write an .obj, .ply, .stl or .drc file even if it cannot hold the whole asset. A warning "
+                   "names the lost parts; without this option they are an error (exit code 5)");
   add_report_option(command, arguments->report);
   add_backend_options(command, arguments->backend);
   add_memory_options(command, arguments->memory,

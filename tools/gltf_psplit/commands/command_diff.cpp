@@ -80,7 +80,7 @@ Status check_attributes(const CompareRules& rules, std::span<const AssetMeshes, 
   for (const std::string& attribute : named) {
     if (present.contains(attribute)) continue;
     if (!is_attribute_name(attribute))
-      return wrong_usage("neither file has " + attribute + ", which is no attribute of glTF");
+      return wrong_usage("neither file has " + attribute + ", which is not an attribute of glTF");
     log.warning("neither file has " + attribute);
   }
   return {};
@@ -99,8 +99,8 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
   note(comparison.a, first);
   note(comparison.b, second);
   if (comparison.a.unused_points != comparison.b.unused_points)
-    log.note("points that nothing uses: " + with_separators(comparison.a.unused_points) + " of " + first +
-             ", " + with_separators(comparison.b.unused_points) + " of " + second);
+    log.note("unused points: " + with_separators(comparison.a.unused_points) + " of " + first + ", " +
+             with_separators(comparison.b.unused_points) + " of " + second);
   if (comparison.recut_meshes > 0)
     log.note(counted(comparison.recut_meshes, "mesh") +
              " divided into other primitives, and compared as wholes");
@@ -206,8 +206,8 @@ Status run_diff(const DiffArguments& arguments, const Session& session) {
   });
   if (!has_grids && rules.tolerances.empty() && comparison->a.alone + comparison->b.alone > 0)
     session.log.note(
-        "neither file declares a quantization grid, as a decoded file does not, so values must be equal; "
-        "--tolerance lets them differ");
+        "neither file declares a quantization grid (decoded files do not), so values must be equal; "
+        "--tolerance allows differences");
   return {StatusCode::kDiffers, inputs[0] + " and " + inputs[1] + " do not hold the same meshes"};
 }
 
@@ -215,10 +215,9 @@ Status run_diff(const DiffArguments& arguments, const Session& session) {
 
 void add_diff_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<DiffArguments>();
-  CLI::App& command = *app.add_subcommand(
-      "diff",
-      "Tell whether two assets hold the same meshes, up to order and quantization, and where they differ if "
-      "not; exits with 7 then");
+  CLI::App& command = *app.add_subcommand("diff",
+                                          "Test whether two assets hold the same meshes, up to order and "
+                                          "quantization. If not, list the differences and exit with 7");
   command
       .add_option(
           "A", arguments->inputs[0],
@@ -227,13 +226,13 @@ void add_diff_command(CLI::App& app, Action& action) {
       ->required();
   command
       .add_option("B", arguments->inputs[1],
-                  "The second asset. Nodes are ignored without --scene, but for the origins of a PLY, OBJ, STL "
-                  "or OFF, and translations beside one")
+                  "The second asset. Without --scene, nodes are ignored, except for the origin of a PLY, OBJ, "
+                  "STL or OFF, and for translations in an asset compared with one")
       ->required();
   separated_by_commas(
       command.add_option("--tolerance", arguments->tolerances,
-                         "How much values may differ, as a share of the attribute's extent; 0: they must be "
-                         "equal. Default: as much as the quantization grids that the files declare allow"),
+                         "The allowed difference of values, as a share of the attribute's extent; 0: they must "
+                         "be equal. Default: the error that the files' quantization grids allow"),
       "[NAME=]SHARE,...")
       ->check([](const std::string& text) {
         return std::string(parse_tolerance(text) ? ""
@@ -245,9 +244,8 @@ void add_diff_command(CLI::App& app, Action& action) {
       "NAME,...");
   command.add_flag(
       "--scene", arguments->scene,
-      "Compare the default scenes as wholes: all meshes at the places where nodes put them, however "
-      "they are divided, without morph targets. For assets of tools that quantize positions and "
-      "adjust nodes");
+      "Compare the default scenes as wholes: all meshes transformed by their nodes, however they are divided, "
+      "without morph targets. For assets of tools that quantize positions and adjust nodes");
   add_memory_options(
       command, arguments->memory,
       "Two assets that need more are in temporary files of their size, and are compared part by part.");

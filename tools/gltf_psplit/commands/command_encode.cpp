@@ -182,7 +182,7 @@ Expected<Document> read_for_draco(const EncodeCommandArguments& arguments, const
                                   WriteReport& written) {
   if (arguments.memory > 0)
     return wrong_usage("--memory cannot be kept with a .drc file: Draco needs whole meshes");
-  if (!arguments.report.empty()) return wrong_usage("--report tells of .glb and .gltf outputs");
+  if (!arguments.report.empty()) return wrong_usage("--report is for .glb and .gltf outputs");
   return read_for_output(arguments.input, arguments.output, "", session, written, "auto", {},
                          OutputForms::kGltfAndMeshFiles, PointClouds::kRead, arguments.encode.origin);
 }
@@ -317,7 +317,7 @@ Status run_into_folder(const EncodeCommandArguments& arguments, const Session& s
   return run_batch(batch, session);
 }
 
-// Says what helps against a lack of memory.
+// Adds advice to out-of-memory errors.
 Status with_advice(Status status, const EncodeCommandArguments& arguments) {
   if (status.code() != StatusCode::kOutOfMemory) return status;
   status = std::move(status).at({.file = arguments.input});
@@ -327,7 +327,7 @@ Status with_advice(Status status, const EncodeCommandArguments& arguments) {
   const int most_bits = std::max({options.position_bits, options.normal_bits, options.texcoord_bits,
                                   options.color_bits, options.generic_bits});
   constexpr int kFewBits = 24;
-  if (most_bits > kFewBits) advice += "; grids of fewer bits, or smaller patches, need less";
+  if (most_bits > kFewBits) advice += "; fewer quantization bits or smaller patches need less memory";
   return out_of_memory(status.message() + advice, status.place());
 }
 
@@ -335,23 +335,21 @@ void add_inputs(CLI::App& command, EncodeCommandArguments& arguments) {
   command
       .add_option("IN", arguments.inputs,
                   std::string(kInputText) +
-                      ". With -o DIR also several files, folders, patterns and lists, as "
-                      "batch takes them")
+                      ". With -o DIR also several files, folders, patterns and lists, as for batch")
       ->required();
   add_output_option(command, arguments.output);
   CLI::Option* output = command.get_option("--output");
   output->required(false)->description(
       output->get_description() +
-      "; or a .drc file, which is one Draco stream of a mesh, or of the "
-      "points of a file without faces; or a folder for all outputs, as batch writes them. A file of this "
-      "name is replaced, whatever it is: where a folder has two files, "
-      "`encode *.glb` without -o replaces the second");
+      "; or a .drc file, one Draco stream of a mesh, or of the points of a file without faces; or a folder for "
+      "all outputs, as for batch. Any file of this name is replaced: in a folder with two files, `encode "
+      "*.glb` without -o replaces the second");
 }
 
 // All words are inputs. Without -o, the last of two is the output.
 void settle_output(EncodeCommandArguments& arguments, bool is_named) {
   if (is_named && arguments.output.empty())
-    throw CLI::ValidationError("--output", "names no file and no folder");
+    throw CLI::ValidationError("--output", "names neither a file nor a folder");
   if (arguments.output.empty() && arguments.inputs.size() > 2)
     throw CLI::ValidationError("several inputs need a folder for the outputs: -o DIR");
   if (arguments.output.empty() && arguments.inputs.size() < 2) throw CLI::RequiredError("OUT");
@@ -369,8 +367,8 @@ void add_memory_options(CLI::App& command, EncodeCommandArguments& arguments) {
                       "Take at most SIZE of memory, such as 4GB, but at least " +
                           std::to_string(kLeastMemory >> 20) +
                           "MiB. A PLY or STL file, an OBJ of one material, or a plain primitive of glTF, that "
-                          "needs more is read into temporary files and encoded part by part. All else must "
-                          "fit. Inputs that are not files, such as pipes, are put into temporary files")
+                          "needs more is read into temporary files and encoded part by part. All other inputs "
+                          "must fit. Inputs such as pipes are first copied into temporary files")
           ->group(kGroup);
   add_temporary_option(command, arguments.temporary)->needs(memory);
 }
@@ -386,10 +384,10 @@ void add_encode_command(CLI::App& app, Action& action) {
   add_memory_options(command, *arguments);
   add_report_option(command, arguments->report);
   command.add_flag("--accept-loss", arguments->accept_loss,
-                   "Write a .drc file although it cannot hold all of the asset. A warning names what is left "
-                   "out; without this option it is an error (exit code 5)");
+                   "Write a .drc file even if it cannot hold the whole asset. A warning names the lost parts; "
+                   "without this option they are an error (exit code 5)");
   command.add_flag("--dry-run", arguments->dry_run,
-                   "Only check the input and say what would be written, replaced or left");
+                   "Only check the input, and list what would be written, replaced or left");
   add_form_option(command, arguments->form);
   group_encode_options(command);
   add_examples(
@@ -406,9 +404,10 @@ void add_encode_command(CLI::App& app, Action& action) {
     resolve();
     settle_output(*arguments, command.count("--output") > 0);
     if (command.count("--as") > 0 && !writes_into_folder(*arguments))
-      throw CLI::ValidationError("--as", "is for outputs in a folder; the name of one output tells its format");
+      throw CLI::ValidationError("--as",
+                                 "is for outputs in a folder; the name of a single output states its format");
     if (command.count("--memory") > 0 && command.count("--meshopt") > 0)
-      throw CLI::ValidationError("--meshopt", "is for assets that are in memory, without --memory");
+      throw CLI::ValidationError("--meshopt", "is for assets in memory, and cannot be used with --memory");
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
       throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
     action = [arguments](const Session& session) {

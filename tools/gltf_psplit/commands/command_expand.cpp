@@ -79,8 +79,8 @@ void add_expand_command(CLI::App& app, Action& action) {
   add_images_option(command, arguments->write);
   add_report_option(command, arguments->report);
   add_examples(command, {{"gltf-psplit expand small.glb dragon.glb",
-                          "Draco patches, for loaders without condensed ones: the file that encode "
-                          "--no-condense would have given, but --always-patches is forgotten"},
+                          "Draco patches, for loaders that cannot read condensed ones: the file of encode "
+                          "--no-condense, but without the effect of --always-patches"},
                          {"gltf-psplit expand small.glb draco.glb --report - | jq .streams",
                           "show the bytes before and after"}});
   command.callback([arguments, &action] {

@@ -197,7 +197,7 @@ void add_generate_command(CLI::App& app, Action& action) {
       "terrain: an open sheet; blob: a bumpy ball; gyroid: a solid of high genus; scene: six objects "
       "of different sizes");
   add_count_option(command, "--faces", arguments->options.faces,
-                   "About how many faces, for example 250000, 250k, 1.5M or 1e6");
+                   "The approximate number of faces, for example 250000, 250k, 1.5M or 1e6");
   command
       .add_option("--seed", arguments->options.seed, "A number that selects one of many samples of the shape")
       ->capture_default_str()

@@ -38,10 +38,8 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("-q,--quiet", options.quiet, "Print only errors on stderr")->group(kGroup);
   command.add_flag("-v,--verbose", options.verbose, "Print details on stderr")->group(kGroup);
   command
-      .add_option(
-          "-j,--threads", options.thread_count,
-          "Number of threads; 0: as many as the machine runs at once, or as the CPU quota of a container "
-          "allows")
+      .add_option("-j,--threads", options.thread_count,
+                  "Number of threads; 0: the number of processors, or the CPU quota of a container")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->type_name("N")

@@ -110,11 +110,10 @@ void add_validate_command(CLI::App& app, Action& action) {
   add_backend_options(command, arguments->backend);
   add_memory_options(command, arguments->memory,
                      "Larger meshes are checked by the CPU in a temporary file of their size.");
-  add_examples(
-      command,
-      {{"gltf-psplit validate dragon.glb", "list what is wrong, or say that the file is valid"},
-       {"gltf-psplit validate out/*.glb", "check several files; fail if any is invalid"},
-       {"gltf-psplit validate a.glb b.glb --format json", "a JSON array with one object for each file"}});
+  add_examples(command, {{"gltf-psplit validate dragon.glb", "list all errors, or say that the file is valid"},
+                         {"gltf-psplit validate out/*.glb", "check several files; fail if any is invalid"},
+                         {"gltf-psplit validate a.glb b.glb --format json",
+                          "a JSON array with one object for each file"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_validate(*arguments, session); };
   });

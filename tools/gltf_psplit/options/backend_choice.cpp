@@ -97,10 +97,9 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
   add_choice_option(command, "--backend", choice.name, {"auto", "cuda", "cpu", "draco"},
                     "Decoder. auto: the fastest that is available; draco: stock libdraco")
       ->check(refuse_missing_draco);
-  add_size_option(
-      command, "--gpu-memory", choice.gpu_memory,
-      "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "
-      "decoded in parts, with the same result. Default: all free memory");
+  add_size_option(command, "--gpu-memory", choice.gpu_memory,
+                  "Maximum device memory for the CUDA decoder, such as 512MB or 4GB. Assets that need more are "
+                  "decoded in parts, with the same result. Default: all free memory");
 }
 
 std::string refuse_missing_draco(const std::string& name) {

@@ -40,12 +40,12 @@ void apply_profile(EncodeArguments& arguments) {
 void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* profile = add_choice_option(
       command, "--profile", arguments.profile, {"speed", "balanced", "size"},
-      "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
-      "30000 faces for larger primitives. size: about 4 patches of a primitive, the smallest of Draco's "
-      "predictions for each attribute of a patch, unless --encode-speed is given, and with --condense "
-      "the smallest coding; it takes longer to encode and to decode. speed: patches of 4800 faces, of "
-      "primitives of any size, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
-      "override the number of patches");
+      "balanced, the default: 2 to 16 patches, or patches of 30000 faces in larger primitives; about 2 % "
+      "larger than one Draco stream. size: about 4 patches for each primitive, the smallest of Draco's "
+      "predictions for each attribute of a patch, unless --encode-speed is given, and with --condense the "
+      "smallest coding; encoding and decoding take longer. speed: patches of 4800 faces, in primitives of any "
+      "size, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces override the number "
+      "of patches");
   command
       .add_option("--gpu", arguments.gpu,
                   "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors")
@@ -61,8 +61,8 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
 void add_volume_option(CLI::App& command, EncodeArguments& arguments) {
   add_choice_option(
       command, "--quantization-volume", arguments.volume, {"primitive", "mesh", "scene"},
-      "Which primitives share a quantization grid of positions, and of weights: none (primitive), those of a "
-      "mesh, or all of the scene. All other attributes have grids of their own");
+      "Which primitives share a quantization grid for positions, and one for weights: none (primitive), all of "
+      "a mesh, or all of the scene. All other attributes have separate grids");
   command.get_option("--lossless")->excludes("--quantization-volume");
 }
 
@@ -74,10 +74,9 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
                    "Do not merge points that are equal in all attributes, or equal after quantization at the "
                    "same position");
   command
-      .add_option(
-          "--skip", options.skip,
-          "Leave ATTRIBUTE out of all meshes, such as TEXCOORD_1, COLOR_0 or _CUSTOM. It is an error if the "
-          "asset needs it, as a texture needs its coordinates. May be repeated")
+      .add_option("--skip", options.skip,
+                  "Leave ATTRIBUTE out of all meshes, such as TEXCOORD_1, COLOR_0 or _CUSTOM. It is an error "
+                  "if the asset needs it, for example the coordinates of a texture. May be repeated")
       ->allow_extra_args(false)
       ->type_name("ATTRIBUTE");
 }
@@ -121,36 +120,37 @@ void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
   add_parsed_option(
       command, "--fallback", "WHAT",
-      "What loaders without the extension find: none, the default, is nothing; uncompressed is the "
-      "geometry beside the patches; coarse is a mesh of 0.5 % of the faces, which takes a few per cent of the "
-      "bytes, and coarse=SHARE% one of another share. It has at least " +
-          std::to_string(kLeastCoarseFaces) + " faces, or a tenth of a small mesh",
-      "is neither none, uncompressed, coarse nor coarse=SHARE%",
+      "What loaders without the extension get. none, the default: nothing. uncompressed: the geometry, stored "
+      "beside the patches. coarse: a mesh of 0.5 % of the faces, which takes a few per cent of the bytes. "
+      "coarse=SHARE%: a mesh of another share. A coarse mesh has at least " +
+          std::to_string(kLeastCoarseFaces) + " faces, or a tenth of the faces of a small mesh",
+      "is not none, uncompressed, coarse or coarse=SHARE%",
       [&options](const std::string& text) { return set_fallback(text, options); });
   add_choice_option(
       command, "--compat", arguments.compat, {"none", "khr"},
-      "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
-      "loaders open. Points on borders are stored once for each patch, and decoding does not join "
-      "them. At most 8 patches of a primitive by default, because each is a draw call");
+      "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common loaders "
+      "open. Each patch stores its own copy of points on borders, and decoding does not join them. By default "
+      "at most 8 patches for each primitive, because each patch is a draw call");
   add_choice_option(
       command, "--morph-targets", arguments.morph_targets, {"fit", "keep", "sparse", "patches"},
-      "sparse: sparse accessors where these take fewer bytes, and none for targets that are zero "
-      "everywhere; all deltas stay as they are, and every viewer reads them. patches: attributes of the "
-      "patches, which take the fewest bytes; each primitive with targets gets PSPLIT_mesh_draco_patches. "
-      "fit, the default: patches for primitives that are in patches anyway, because they are large, "
-      "condensed, or --always-patches is given; sparse for all others. keep: as the input has them");
+      "sparse: sparse accessors where these take fewer bytes, and no data for targets that are zero "
+      "everywhere; deltas stay exact, and every viewer reads them. patches: attributes of the patches, which "
+      "take the fewest bytes; each primitive with targets gets PSPLIT_mesh_draco_patches. fit, the default: "
+      "patches for primitives that are in patches anyway, because they are large, condensed, or "
+      "--always-patches is given; sparse for all others. keep: as in the input");
 }
 
 void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* condense = command.add_flag(
       "--condense", arguments.condense,
-      "Condense the streams: code them with tables that all patches of a primitive share. That takes fewer "
-      "bytes, and needs a loader that decodes condensed patches. Primitives that stay whole, and stock Draco "
-      "and patches of the input that stay as they are, are condensed too, if that makes the file smaller; the "
-      "subcommand expand restores all streams. No effect with --compat khr");
+      "Condense the streams: code them with tables that all patches of a primitive share. Takes fewer bytes, "
+      "but needs a loader that decodes condensed patches. Unsplit primitives, and the stock Draco and patches "
+      "that are kept from the input, are condensed as well, if that makes the file smaller; the subcommand "
+      "expand restores all streams. No effect with --compat khr");
   command
-      .add_flag("--no-condense", arguments.no_condense,
-                "Do not condense streams; the default. Condensed patches of the input stay: see expand")
+      .add_flag(
+          "--no-condense", arguments.no_condense,
+          "Do not condense streams; the default. Condensed patches of the input stay condensed: see expand")
       ->excludes(condense);
 }
 
@@ -158,11 +158,10 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
   // A flag: without "=" no word after it is its value.
   CLI::Option* meshopt = command.add_flag(
       "--meshopt", arguments.meshopt,
-      "meshoptimizer compresses what stays in buffer views: animations, instances, morph targets, points, "
-      "lines, and "
-      "meshes that stay plain. ext, the default, writes EXT_meshopt_compression, which more loaders know; "
-      "khr writes KHR_meshopt_compression. Times of keys, splines and all else without a precision are "
-      "exact. decode makes the views plain. Not with --memory");
+      "Let meshoptimizer compress the data that stay in buffer views: animations, instances, morph targets, "
+      "points, lines, and plain meshes. ext, the default, writes EXT_meshopt_compression, which more loaders "
+      "support; khr writes KHR_meshopt_compression. Key times, splines and all data without a precision option "
+      "stay exact. decode makes the views plain. Not with --memory");
   meshopt->type_name("[=ext|khr]")->check([](const std::string& word) {
     return word == "true" || word == "ext" || word == "khr" ? std::string() : word + " is neither ext nor khr";
   });
@@ -176,13 +175,13 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
         ->excludes(command.get_option("--lossless"));
   };
   add_bits("--animation-translation-bits", bits.translation, kLeastAnimationBits, kMostAnimationBits,
-           "the largest component of the translations of a track, and of instances");
+           "the largest component of the translations in a track, or of all instances");
   add_bits("--animation-rotation-bits", bits.rotation, kLeastRotationBits, kMostRotationBits,
            "each component of rotations");
   add_bits("--animation-scale-bits", bits.scale, kLeastAnimationBits, kMostAnimationBits,
-           "the largest component of the scales of a track");
+           "the largest component of the scales in a track");
   add_bits("--animation-weight-bits", bits.weight, 1, kMostWeightBits,
-           "weights of morph targets, after the point");
+           "weights of morph targets, after the binary point");
 }
 
 // The given options that patches of the input cannot follow, because they are not encoded again.
@@ -264,16 +263,15 @@ bool parse_order(std::string_view text, PatchOrder& order) {
 }
 
 void add_order_options(CLI::App& command, EncodeDocumentOptions& options) {
-  add_parsed_option(
-      command, "--order", "ORDER",
-      "The order of a primitive's patches, which is that in which they arrive and are shown: cut, the default, "
-      "where each is near to the one before; size, with the largest area first; near:X,Y,Z, with the nearest "
-      "to a point first, in the mesh's own coordinates",
-      "is neither cut, size nor near:X,Y,Z",
-      [&options](const std::string& text) { return parse_order(text, options.order); });
+  add_parsed_option(command, "--order", "ORDER",
+                    "The order of a primitive's patches, in which they arrive and are shown. cut, the default: "
+                    "each patch is near the previous one. size: the largest area first. near:X,Y,Z: the "
+                    "nearest to this point first, in the mesh's own coordinates",
+                    "is not cut, size or near:X,Y,Z",
+                    [&options](const std::string& text) { return parse_order(text, options.order); });
   command.add_flag("--boxes", options.boxes,
-                   "Store the box of each patch, in 6 bytes, by which viewers know what to ask for first. Not "
-                   "with --compat khr");
+                   "Store the bounding box of each patch, in 6 bytes, by which viewers choose the patches to "
+                   "load first. Not with --compat khr");
 }
 
 // "none", or three numbers. False if the text is neither.
@@ -297,18 +295,18 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
   };
   CLI::Option* bits = add_parsed_option(
       command, "--quantize-position", "BITS",
-      "Bits for each component of positions. auto: the fewest, from " + std::to_string(kLeastBitsForEdges) +
-          " on, whose step is at most 1/20 of the length that 95 % of the edges exceed. Dense meshes get more "
+      "Bits for each component of positions. auto: the fewest, at least " + std::to_string(kLeastBitsForEdges) +
+          ", whose step is at most 1/20 of the length that 95 % of the edges exceed. Dense meshes get more "
           "than " +
-          usual + ", and grow; the summary says by how much",
+          usual + ", and become larger; the summary says by how much",
       "is neither auto nor a number from 1 to " + std::to_string(kMostGridBits), set_bits);
   bits->default_str(usual);
   add_parsed_option(
       command, "--max-error", "LENGTH",
-      "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, 20um, "
-      "1cm, 0.1m, or a number in the units of the input. A length with a unit takes those of the input to be "
-      "metres, as they are in glTF: for a PLY, STL or OBJ in millimetres, write 0.5 for 0.5 mm. It counts in "
-      "the mesh's own coordinates, before the transforms of nodes",
+      "The largest error of positions; they get as many bits as this needs. LENGTH is 0.5mm, 20um, 1cm, 0.1m, "
+      "or a number in the units of the input. A length with a unit assumes that the input is in metres, as "
+      "glTF is: for a PLY, STL or OBJ in millimetres, write 0.5 for 0.5 mm. It applies to the mesh's own "
+      "coordinates, before the transforms of nodes",
       "is not a length, such as 0.5mm, 20um or 0.001",
       [&options](const std::string& text) { return parse_length(text, options.max_position_error); })
       ->excludes(bits);
@@ -319,10 +317,10 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
 void add_origin_option(CLI::App& command, OriginChoice& origin) {
   add_parsed_option(
       command, "--origin", "none|X,Y,Z",
-      "What is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation of their "
-      "nodes: none, or X,Y,Z. By default whole numbers near the centre, where floats would lose more than half "
-      "a step of the grid of the file's doubles or decimals, as far from the origin of a map projection; diff "
-      "and decode count them in again",
+      "The offset that is subtracted from the positions of a PLY, OBJ, STL or OFF, and becomes the translation "
+      "of their nodes: none, or X,Y,Z. Default: whole numbers near the centre, if floats would lose more than "
+      "half a step of the grid of the file's doubles or decimals, as happens far from the origin of a map "
+      "projection; otherwise none. diff and decode add the offset again",
       "is neither none nor X,Y,Z", [&origin](const std::string& text) { return parse_origin(text, origin); });
 }
 
@@ -349,13 +347,12 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
   add_bits("--quantize-texcoord", options.texcoord_bits, given.texcoord, 1, "texture coordinates");
   add_bits("--quantize-color", options.color_bits, given.color, 1, "colours stored as floats");
   add_bits("--quantize-generic", options.generic_bits, given.generic, 1,
-           "all other float attributes. Without the option, those "
-           "whose values are all whole numbers keep them, with as many bits as they need");
+           "all other float attributes. Without the option, attributes whose values are all whole numbers are "
+           "kept exactly, with as many bits as they need");
   command
-      .add_option(
-          "--quantize-morph", options.morph_bits,
-          "Bits of morph targets in patches, counted as if their grid was that of the attribute that they "
-          "change. Without the option they have its step")
+      .add_option("--quantize-morph", options.morph_bits,
+                  "Bits of morph targets in patches: their deltas get the step that the grid of their base "
+                  "attribute would have with these bits. Default: the step of that grid")
       ->check(CLI::Range(1, kMostGridBits))
       ->type_name("BITS");
   CLI::Option* lossless =
@@ -373,7 +370,7 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool 
   command
       .add_option_function<std::string>(
           "--encoder", [&options](const std::string& name) { options.by_libdraco = name == "draco"; },
-          "What encodes Draco streams: psplit, or draco for libdraco, which takes longer for the same bytes")
+          "Encoder of Draco streams: psplit, or draco for libdraco, which takes longer for the same bytes")
       ->check(CLI::IsMember({"psplit", "draco"}))
       ->check(refuse_missing_draco)
       ->default_str("psplit")
@@ -388,21 +385,21 @@ void add_partition_options(CLI::App& command, EncodeDocumentOptions& options) {
   command
       .add_option_function<std::string>(
           "--distance", cut_as_the_paper,
-          "Cut with the paper's method, which clusters faces around farthest points. Distances are measured "
+          "Cut with the method of the paper, which clusters faces around farthest-point samples. Distances are "
+          "measured "
           "along edges (dijkstra) or across faces (geodesic). The default method cuts in levels and is faster")
       ->check(CLI::IsMember({"dijkstra", "geodesic"}))
       ->type_name("NAME");
   command.add_flag_callback(
       "--no-refine", [&options] { options.refine = false; },
-      "Do not smooth the borders between patches: shows what refinement gains");
+      "Do not smooth the borders between patches, to measure the effect of refinement");
 }
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches = add_count_option(
-      command, "--patches", options.patches.count,
-      "Number of patches, over all primitives together. Separate pieces that are smaller than a "
-      "patch may make a few more");
+  CLI::Option* patches = add_count_option(command, "--patches", options.patches.count,
+                                          "Number of patches, over all primitives together. Separate pieces "
+                                          "that are smaller than a patch may add a few");
   CLI::Option* patch_faces =
       add_count_option(command, "--patch-faces", options.patches.faces, "Cut patches of about N faces each")
           ->excludes(patches);
@@ -424,7 +421,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_condense_options(command, arguments);
   add_meshopt_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
-                   "Do not check the result by decoding it and comparing it with the input");
+                   "Do not verify the result by decoding it and comparing it with the input");
   const CLI::Option* speed = command.get_option("--encode-speed");
   return [&arguments, &command, patches, patch_faces, speed] {
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
@@ -447,9 +444,9 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                              : arguments.morph_targets == "patches" ? MorphTargets::kPatches
                                                                     : MorphTargets::kAsFits;
     if (resolved.compat == Compat::kKhr && resolved.morph_targets == MorphTargets::kPatches)
-      throw CLI::ValidationError("--morph-targets", "patches are what --compat khr does not write");
+      throw CLI::ValidationError("--morph-targets", "--compat khr writes no patches");
     if (resolved.compat == Compat::kKhr && resolved.fallback == Fallback::kCoarse)
-      throw CLI::ValidationError("--fallback", "coarse is for patches, and --compat khr writes none");
+      throw CLI::ValidationError("--fallback", "coarse needs patches, and --compat khr writes none");
     resolved.options_of_patches = options_of_patches(command, resolved);
   };
 }
@@ -464,9 +461,8 @@ void group_encode_options(CLI::App& command) {
         "--quantize-generic", "--quantize-morph", "--quantization-volume", "--lossless", "--origin",
         "--animation-translation-bits", "--animation-rotation-bits", "--animation-scale-bits",
         "--animation-weight-bits"}},
-      {"What is kept",
-       {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
-      {"What is written",
+      {"Kept data", {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
+      {"Output",
        {"--images", "--condense", "--no-condense", "--meshopt", "--morph-targets", "--fallback", "--compat",
         "--as"}},
   };

@@ -74,7 +74,7 @@ class HelpFormatter : public CLI::Formatter {
     const bool repeats = option->get_expected_max() == CLI::detail::expected_max_vector_size;
     if (repeats && is_positional) name += " ...";
     // An output may be named by its place or by an option.
-    if (!is_positional && option->get_positional()) return entry(name, "The same as " + option->get_name(true));
+    if (!is_positional && option->get_positional()) return entry(name, "Same as " + option->get_name(true));
     return entry(name, option->get_description() + value_range(*option));
   }
 

@@ -18,9 +18,9 @@ constexpr const char* kGroup = "Memory";
 CLI::Option* add_temporary_option(CLI::App& command, std::string& folder) {
   return command
       .add_option("--temporary", folder,
-                  "The folder of temporary files. They have no names, so that nothing stays if the command is "
-                  "killed. Default: the folder of an output file, then that of TMPDIR or /tmp, then /var/tmp; "
-                  "the first of them that is not in memory (tmpfs)")
+                  "The folder of temporary files, which are unnamed, so that none is left if the command is "
+                  "killed. Default: the first of the output's folder, TMPDIR or /tmp, and /var/tmp that is not "
+                  "in memory (tmpfs)")
       ->check(CLI::ExistingDirectory)
       ->type_name("FOLDER")
       ->group(kGroup);
@@ -29,7 +29,7 @@ CLI::Option* add_temporary_option(CLI::App& command, std::string& folder) {
 void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::string& more) {
   add_size_option(command, "--memory", choice.bytes,
                   "Take about SIZE of memory for meshes in patches, such as 4GB. " + more +
-                      " Default: nine tenths of what the container or the machine has")
+                      " Default: nine tenths of the memory of the container or the machine")
       ->group(kGroup);
   add_temporary_option(command, choice.temporary);
 }
