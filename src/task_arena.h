@@ -1,5 +1,5 @@
-// The threads behind ThreadPool. PSPLIT_THREADS chooses the file that implements it: task_arena_tbb.cpp, or
-// task_arena_std.cpp, which needs the standard library alone.
+// The implementation of ThreadPool's threads. PSPLIT_THREADS chooses the file that implements it:
+// task_arena_tbb.cpp, or task_arena_std.cpp, which needs the standard library alone.
 #pragma once
 
 #include <cstddef>

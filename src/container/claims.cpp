@@ -11,7 +11,7 @@ using core::Fault;
 
 // Names the bitstream of a stream whose header gives Fault::kVersion.
 Status wrong_version(std::span<const uint8_t> stream) {
-  constexpr size_t kMajor = 5, kMinor = 6;  // behind "DRACO"
+  constexpr size_t kMajor = 5, kMinor = 6;  // after "DRACO"
   const std::pair<uint8_t, uint8_t> version(stream[kMajor], stream[kMinor]);
   return unsupported("Draco stream: of bitstream " + std::to_string(version.first) + "." +
                      std::to_string(version.second) + ", which is " +

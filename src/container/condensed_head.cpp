@@ -137,7 +137,7 @@ class HeadSectionReader {
           head_.contexts.emplace_back(sum == 0 ? unused_context() : context_of(frequencies));
       if (!head_.has_valence_contexts) context.next = i * SymbolContext::kCount % count;
     }
-    // The step behind a symbol goes to another context for each symbol, also if all of them are the same.
+    // The step after a symbol leads to another context for each symbol, even if all steps are equal.
     if (count == 1) head_.contexts.resize(SymbolContext::kCount, head_.contexts.front());
     return {};
   }

@@ -83,8 +83,8 @@ struct PatchContainer {
 
   // Places the container in memory of total_bytes(): sets `bytes`, `stitch` and `streams`.
   void place(std::span<const uint8_t> memory);
-  // Reads the headers of the streams that end within the first `arrived` bytes of the container, behind those
-  // that are read already. Errors: those of the first header that is invalid, with the patch in their place.
+  // Reads the headers of the streams that end within the first `arrived` bytes of the container, after the
+  // headers that were read already. Errors: the first invalid header's, with the patch as their place.
   Status read_headers(uint64_t arrived);
 
   // For the core's readers of the stitch map.

@@ -278,7 +278,7 @@ class AttributeDecoder {
   // A traversal is made ready here, and takes its steps later. Groups by prediction degree have the mesh's
   // table, and so the same walk.
   PSPLIT_HD Fault find_sequence(Group<Index>& group) {
-    // The same walk over the same table gives the same sequence.
+    // A walk of one kind over one table always gives one sequence, so groups share it.
     for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
       if (other->table.table.opposite.data() != group.table.table.opposite.data() ||
           other->by_prediction_degree != group.by_prediction_degree || other->sequence.corner.empty())

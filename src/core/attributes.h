@@ -92,7 +92,7 @@ PSPLIT_HD Fault read_types(ByteReader& reader, uint8_t group_number, Group<Index
   return reader.truncated() ? Fault::kTruncated : Fault::kNone;
 }
 
-// The same with their codings.
+// Reads the descriptions, and then the codings of the attributes.
 template <typename Index>
 PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Group<Index>& group,
                                   View<Attribute<Index>> attributes, uint32_t& attribute_count) {

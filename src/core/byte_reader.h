@@ -80,7 +80,7 @@ PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
 }
 
 // load_le64. A device loads aligned words: they begin up to three bytes before the value, and end at most
-// kMostBeyond bytes behind it.
+// kMostBeyond bytes after it.
 inline constexpr uint64_t kMostBeyond = PSPLIT_MOVES_ROWS ? 4 : 0;
 PSPLIT_HD inline uint64_t load_words(const uint8_t* bytes) {
   if constexpr (!PSPLIT_MOVES_ROWS) return load_le64(bytes);

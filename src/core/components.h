@@ -105,7 +105,7 @@ requires(kCount == 3 || kCount == 4) class Components<kCount> {
   friend Components choose(Components mask, Components a, Components b) {
     return Components((a.lanes_ & mask.lanes_) | (b.lanes_ & ~mask.lanes_));
   }
-  // The same as *this / count for a count from 1 to 4, without divisions. The half that is added before the
+  // Equals *this / count for a count from 1 to 4, but without divisions. The half that is added before the
   // product never reaches the next integer, and is far more than what a double rounds off.
   Components mean_of(uint32_t count) const {
     constexpr double kReciprocal[] = {0, 1, 1.0 / 2, 1.0 / 3, 1.0 / 4};

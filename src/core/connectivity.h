@@ -163,7 +163,7 @@ struct Connectivity {
     vertex_count = count;
   }
 
-  // The same by lanes.
+  // Like move_up, but by all lanes together.
   template <Lanes L>
   PSPLIT_HD void move_up_together(L lanes) {
     const View<BorderEdge<Index>> edges = border;

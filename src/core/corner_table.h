@@ -50,7 +50,7 @@ PSPLIT_HD FaceRow<Index>& row_of(View<Index> table, uint32_t corner) {
 
 // A value for each face, and one for the face that kNone names, so that no branch is needed at a border. With
 // 16-bit numbers a corner is taken as signed: kNone is -1, and its face is -1 as well. The faces from 8,192 on
-// become negative too. With 32-bit numbers the value of kNone comes behind those of all faces.
+// become negative too. With 32-bit numbers the value of kNone comes after the values of all faces.
 template <typename Index, typename T>
 class FaceValues {
  public:
@@ -71,7 +71,7 @@ class FaceValues {
   PSPLIT_HD T& of_none() const { return first_[kIsSigned ? -1 : static_cast<ptrdiff_t>(none_)]; }
   // The value of a corner's face. The corner is not kNone.
   PSPLIT_HD T& of_face(uint32_t corner) const { return first_[face_of(as_signed(corner))]; }
-  // The same, and the value of kNone.
+  // The value of the corner's face, or of kNone.
   PSPLIT_HD T& at(uint32_t corner) const { return at_signed(as_signed(corner)); }
   // at() in two steps. To sign a corner when it is loaded saves an instruction.
   PSPLIT_HD static ptrdiff_t as_signed(uint32_t corner) {

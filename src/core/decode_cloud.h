@@ -22,8 +22,8 @@ PSPLIT_HD Fault check_integers(const Patch<Index>& cloud) {
 }
 
 // Decodes a cloud whose header was read, to a patch without faces. Index must be wide enough: see
-// StreamHeader::fits_16_bits. The bytes may be anything: a fault says what is wrong with them, and only they
-// and the arena are touched. Thread-safe, as long as each thread has an arena of its own.
+// StreamHeader::fits_16_bits. The bytes may be anything: a fault names their error, and no memory but theirs
+// and the arena's is touched. Thread-safe, as long as each thread has an arena of its own.
 template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
   if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).decode();
@@ -31,7 +31,7 @@ PSPLIT_HD Fault decode_cloud(const CloudHeader& header, Arena& arena, Patch<Inde
   return fault == Fault::kNone ? check_integers(out) : fault;
 }
 
-// The same without values: reads what the stream says about attributes, of kD-trees without their grids.
+// Like decode_cloud, but without values: reads the descriptions of attributes; of kD-trees without their grids.
 template <typename Index>
 PSPLIT_HD Fault outline_cloud(const CloudHeader& header, Arena& arena, Patch<Index>& out) {
   if (header.is_kd_tree) return KdTreeAttributes<Index>(header, arena, out).outline();

@@ -309,7 +309,7 @@ PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index, kKinds>& decoder) {
 }
 
 // Decodes a stream whose header was read. Index must be wide enough: see StreamHeader::fits_16_bits. The bytes
-// may be anything: a fault says what is wrong with them, and only they and the arena are touched. Thread-safe,
+// may be anything: a fault names their error, and no memory but theirs and the arena's is touched. Thread-safe,
 // as long as each thread has an arena of its own.
 template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
@@ -320,8 +320,8 @@ PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Ind
   return fault[0];
 }
 
-// The same without values: decodes the faces and the number of points, and reads everything else that the
-// stream says about attributes.
+// Like decode_patch, but without values: decodes the faces and the number of points, and reads all other data
+// about attributes.
 template <typename Index>
 PSPLIT_HD Fault outline_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
   PatchDecoder<Index> decoder(header, arena, out);

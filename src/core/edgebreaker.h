@@ -114,11 +114,11 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 }
 
 // How add_faces stores the faces. There are two ways to the same mesh: every number at once, or whole rows of
-// the table when they are complete. They differ in what is stored and loaded, not in what is decoded.
+// the table when they are complete. They differ in their stores and loads, not in their results.
 template <typename Index, bool kMovesRows>
 class FaceRows;
 
-// Every number at once, also those that the next symbol overwrites: the same stores for C, L and R, without a
+// Stores every number at once, even if the next symbol overwrites it: C, L and R have equal stores, without a
 // branch between them.
 template <typename Index>
 class FaceRows<Index, false> {
@@ -161,9 +161,9 @@ class FaceRows<Index, false> {
   View<BorderEdge<Index>> border_;
 };
 
-// Whole rows, for devices: they store for many threads at once. The symbol after a face nearly always says what
-// is across from its corner 0, and two rows of vertices are stored together. What is across from corners of
-// earlier faces is stored at once.
+// Whole rows, for devices: they store for many threads at once. The symbol after a face nearly always
+// determines the corner opposite its corner 0, and two rows of vertices are stored together. Corners opposite
+// those of earlier faces are stored at once.
 template <typename Index>
 class FaceRows<Index, true> {
  public:
@@ -213,7 +213,7 @@ class FaceRows<Index, true> {
     FaceRow<Index> even, odd;
   };
 
-  // Notes what is across from a corner of the last face, c0 / 4, or of an earlier face.
+  // Records the corner opposite a corner of the last face, c0 / 4, or of an earlier face.
   PSPLIT_HD void link_to(uint32_t c0, uint32_t corner, uint32_t across) {
     if (corner - c0 < 4) {
       if (corner == c0 + 1) last_.at[1] = static_cast<Index>(across);
@@ -341,7 +341,7 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
 
 // An encoder begins each component at a border, or at a face that it leaves out. So when all symbols are
 // decoded, each component has a border that is real, or a hole for that face: the start face. A bit for each
-// waiting edge says which. Start faces come behind the faces of the symbols.
+// waiting edge says which. Start faces come after the faces of the symbols.
 template <typename Index, typename StartFaces>
 PSPLIT_HD Fault add_start_faces(StartFaces& start_faces, WaitingEdges<Index>& waiting,
                                 Connectivity<Index>& mesh) {
@@ -386,9 +386,9 @@ PSPLIT_HD Fault add_all_faces(Symbols symbols, WaitingEdges<Index> waiting, Star
   return fault == Fault::kNone ? add_start_faces(start_faces, waiting, mesh) : fault;
 }
 
-// The same with all that comes before and after. On success the arena is as before, every corner has its
-// vertex, every pair of opposite corners names each other, and each vertex that is not merged has one fan of
-// faces.
+// Decodes the whole connectivity: add_all_faces, with the steps before and after it. On success the arena is as
+// before, every corner has its vertex, every pair of opposite corners names each other, and each vertex that is
+// not merged has one fan of faces.
 template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols, typename StartFaces>
 PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, StartFaces& start_faces,
                                     Arena& arena, Connectivity<Index>& mesh) {

@@ -130,7 +130,7 @@ class ValenceSymbols {
       sequences[i] = {};
       Fault fault = sequences[i].start(reader, list.left, 1, arena, list.decoded);
       if (fault == Fault::kNone && sequences[i].is_tagged()) {
-        fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins behind its last bit
+        fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins after its last bit
         sequences[i] = {};
       }
       if (fault == Fault::kMethod) {

@@ -10,7 +10,7 @@ namespace psplit::core {
 // working sets of three streams still fit its cache. Two are as fast as three in WebAssembly, which has fewer
 // registers, and their loops are a third smaller.
 inline constexpr uint32_t kInStep = PSPLIT_IS_SMALL_CODE ? 2 : 3;
-// The same for runs that take a small part of the time, at most kRuns.
+// The number of runs in step for work that takes a small part of the time, at most kRuns.
 template <uint32_t kRuns>
 inline constexpr uint32_t kRareInStep = PSPLIT_IS_SMALL_CODE ? 1 : kRuns;
 
@@ -30,7 +30,7 @@ template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD uint32_t step_most(T* const* runs, uint32_t count, T** left) {
   uint32_t live = 0;
   for (uint32_t next = 0;;) {
-    // The next runs take the places of those that ended.
+    // The next runs replace the runs that ended.
     while (live < kRuns && next < count) left[live++] = runs[next++];
     if (live < kRuns) return live;
     Run local[kRuns];

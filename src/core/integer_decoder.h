@@ -78,7 +78,7 @@ class IntegerDecoder {
     return Arena::bytes<int32_t>(value_count * components + attributes) + values + table_bytes - smaller +
            attributes * (Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
   }
-  // Reads on behind the symbols. For `corner_limit` see PredictionData::read.
+  // Continues reading after the symbols. For `corner_limit` see PredictionData::read.
   PSPLIT_HD Fault read_prediction(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
     return reader.truncated() ? Fault::kTruncated : data_.read(reader, corner_limit, arena);
   }
@@ -245,7 +245,7 @@ class IntegerDecoder {
     return data_.scheme == Scheme::kConstrainedMultiParallelogram && components == 3 &&
            predict_by_constrained_multi_parallelogram(lanes, values<3>(), data_.wrap, data_.creases);
   }
-  // The same for normals from positions, whose corrections are signed already if they are to be.
+  // Predicts normals from positions. Their corrections are already signed if necessary.
   template <Lanes L>
   PSPLIT_HD bool predict_normals(L lanes) {
     if (data_.scheme != Scheme::kGeometricNormal || attribute_->value_components() != 2) return false;

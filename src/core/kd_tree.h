@@ -25,7 +25,7 @@ struct TreeAxis {
 };
 
 // Decodes a box a step, from the highest coordinates to the lowest. A box whose points are all in one half
-// becomes that half. Otherwise the lower half waits on a stack, and what is known of the upper half is undone
+// becomes that half. Otherwise the lower half waits on a stack, and the known bits of the upper half are undone
 // when the lower half is taken: so the memory grows with the axes and not with their square.
 class KdTree {
  public:

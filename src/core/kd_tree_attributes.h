@@ -17,7 +17,7 @@ class KdTreeAttributes {
   PSPLIT_HD KdTreeAttributes(const CloudHeader& header, Arena& arena, Patch<Index>& patch)
       : header_(header), reader_(header.body), arena_(arena), patch_(patch) {}
 
-  // Reads groups and descriptions. The grids of a group are behind its tree.
+  // Reads groups and descriptions. The grids of a group follow its tree.
   PSPLIT_HD Fault outline() {
     patch_.point_count = header_.point_count;
     const uint32_t group_count = reader_.u8();

@@ -167,7 +167,7 @@ class WeightedSum {
   PSPLIT_HD void add(int32_t known, bool is_far) {
     sum_ = is_far ? wrapping_sub(sum_, known) : wrapping_add(sum_, known);
   }
-  // The same for the chain's value with this number, which is not known yet.
+  // Likewise adds the chain's value with this number, which is not yet known.
   PSPLIT_HD void add_later(uint32_t number, bool is_far) {
     const uint64_t one = uint64_t{1} << 4 * number;
     weights_ = is_far ? weights_ - one : weights_ + one;

@@ -137,9 +137,9 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
   return sum;
 }
 
-// The same for all vertices in one walk over the faces: the normal of a face is the same at its three corners,
-// also if sums wrap around. Returns no sums if the arena has too little memory, and on a device, where each
-// lane has a fan.
+// Sums the normals of all vertices in one walk over the faces: the normal of a face is equal at its three
+// corners, even if sums wrap around. Returns no sums if the arena has too little memory, and on a device, where
+// each lane has a fan.
 template <typename Index>
 PSPLIT_HD View<Vec3> sum_normals(const CornerTable<Index>& table, const Positions<Index>& positions,
                                  uint32_t vertex_count, Arena& arena) {
@@ -202,8 +202,8 @@ PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& o
 }
 
 #if defined(PSPLIT_HAS_VECTORS)
-// The same for all values, several at once, if their corrections are in range (OctahedralChain) and the grid is
-// no finer than kMostExactBits. Then quotients of integers below 2^53 are computed as doubles: one that is not
+// Predicts all values, several at once, if their corrections are in range (OctahedralChain) and the grid is no
+// finer than kMostExactBits. Then quotients of integers below 2^53 are computed as doubles: one that is not
 // whole is farther from the next integer than its rounding moves it.
 inline constexpr int kMostExactBits = 24;
 inline bool is_exact(const OctahedralGrid& grid) { return grid.max_quantized() >> kMostExactBits == 0; }

@@ -90,7 +90,7 @@ class OctahedralGrid {
   }
 
 #if defined(PSPLIT_HAS_VECTORS)
-  // The same for four places at once.
+  // Converts four places to unit vectors at once.
   static constexpr uint32_t kAtOnce = 4;
   PSPLIT_ONCE_IF_SMALL void unit_vectors(const Vec2 (&at)[kAtOnce], float (&out)[kAtOnce][3]) const {
     using Floats = float __attribute__((vector_size(16)));

@@ -6,7 +6,7 @@
 
 namespace psplit::core {
 
-// The same places as OctahedralGrid::correct computes, for corrections in range: their magnitudes are below
+// Computes the same places as OctahedralGrid::correct, for corrections in range: their magnitudes are below
 // max_quantized(), as an encoder writes them. Int is int32_t, or a vector of them for several chains at once.
 //
 // A place is kept as its mirror image inside the diamond, and as whether it is beyond the diamond itself. A

@@ -57,10 +57,10 @@
 #define PSPLIT_ASSUME_ALIGNED(pointer, alignment) (pointer)
 #endif
 
-// The ways of a device through the code, other than those of a processor. A device has few registers and stores
-// for many threads at once, so it moves rows of a table whole, and stores nothing that is not needed. Host
-// builds with PSPLIT_DEVICE_PATHS take these ways too, for tests: all code of a program must be built alike.
-// Only instructions that a device alone has ask for __CUDA_ARCH__.
+// Selects code paths for devices that differ from a processor's. A device has few registers and stores for many
+// threads at once, so it moves rows of a table whole, and stores nothing that is not needed. Host builds with
+// PSPLIT_DEVICE_PATHS take these ways too, for tests: all code of a program must be built alike. Only
+// instructions that a device alone has ask for __CUDA_ARCH__.
 #if defined(__CUDA_ARCH__) || defined(PSPLIT_DEVICE_PATHS)
 #define PSPLIT_MOVES_ROWS true
 #else

@@ -51,7 +51,7 @@ class WrappedValues : public PredictedValues<Index, kComponents> {
     for (uint32_t k = 0; k < this->components(); k += Values::kBlock)
       wrap_(predicted(k), Block(by + k)).store(out + k);
   }
-  // The same with a predicted value in memory.
+  // An overload for a predicted value in memory.
   PSPLIT_HD void correct(uint32_t i, const int32_t* predicted) const {
     correct(i, this->at(this->sequence.corner[i]), [=](uint32_t k) { return Block(predicted + k); });
   }

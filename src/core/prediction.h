@@ -32,8 +32,8 @@ PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& 
 
 // Computes the values of an attribute from its corrections, except parallelograms of two and three components
 // and normals by difference: ParallelogramSteps and NormalSteps compute those (see IntegerDecoder). kComponents
-// is 0 if their number is known only at run time. `parallelograms` are those of an attribute before, or empty;
-// if others are needed, these are found in the arena's memory.
+// is 0 if their number is known only at run time. `parallelograms` come from an earlier attribute, or are
+// empty; if others are needed, they are found in the arena's memory.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const PredictionData& data,
                         ParallelogramFinder<Index>& parallelograms, Arena& arena) {
@@ -60,8 +60,8 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pre
   return Fault::kPrediction;
 }
 
-// The same for the schemes that predict from positions: kTexCoords and kGeometricNormal. Normals are faster if
-// the arena has normal_sum_bytes.
+// Computes the values for the schemes that predict from positions: kTexCoords and kGeometricNormal. Normals are
+// faster if the arena has normal_sum_bytes.
 template <typename Index>
 PSPLIT_HD Fault predict_from_positions(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
                                        PredictionData& data, Arena& arena) {

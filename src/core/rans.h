@@ -45,8 +45,8 @@ class RansBits {
     return bit;
   }
 
-  // The same without branches, for unpredictable bits and for several runs in step. May load the byte before
-  // the block. There is one: the last byte of the block's length.
+  // Like next(), but without branches, for unpredictable bits and for several runs in step. May load the byte
+  // before the block, which exists: the last byte of the block's length.
   PSPLIT_HD uint32_t next_fast() {
     const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);
     state_ = select(due, state_ << 8 | *(block_ + size_ - 1), state_);
@@ -171,7 +171,7 @@ class RansTable {
     }
   }
 
-  // The same by lanes. Collective: all lanes share the table.
+  // Fills buckets by all lanes together. Collective: all lanes share the table.
   template <Lanes L>
   PSPLIT_HD void fill_buckets(L lanes) {
     const bool is_due = !is_direct() && !is_filled_ && !slots_.empty();
@@ -181,7 +181,7 @@ class RansTable {
     const View<uint32_t> buckets = buckets_;
     const uint32_t shift = bucket_shift_;
     for_each_lane_item(lanes, static_cast<uint32_t>(buckets.size()), [&](uint32_t bucket) {
-      // The last slot that does not begin behind the bucket's first number.
+      // The last slot that does not begin after the bucket's first number.
       uint32_t low = 0;
       for (uint32_t count = static_cast<uint32_t>(slots.size()); count > 1;) {
         const uint32_t half = count / 2;
@@ -208,8 +208,8 @@ class RansTable {
   PSPLIT_HD static constexpr size_t slot_bytes(uint64_t symbol_count, uint64_t stream_bytes) {
     return Arena::bytes<Slot>(symbol_count < stream_bytes ? symbol_count : stream_bytes);
   }
-  // The same if there is one table, and `read` is over. The entropy of n symbols, k of them different, is at
-  // least (k - 1) log2(n) bits: k - 1 of them occur once in the case that takes the fewest.
+  // The bytes of slots if there is one table, and `read` is over. The entropy of n symbols, k of them
+  // different, is at least (k - 1) log2(n) bits: k - 1 of them occur once in the case that takes the fewest.
   PSPLIT_HD static constexpr size_t slot_bytes_of_one(uint64_t symbol_count, uint64_t stream_bytes) {
     uint32_t log = 0;
     for (uint32_t step = 32; step > 0; step /= 2)
@@ -254,7 +254,7 @@ template <>
 class BytesBefore<true> {
  public:
   BytesBefore() = default;
-  // `end` is behind the last byte of the block. At least three bytes come before the block.
+  // `end` is one past the last byte of the block. At least three bytes come before the block.
   PSPLIT_HD BytesBefore(const uint8_t* block, const uint8_t* end) {
     for (at_ = end; at_ > block && reinterpret_cast<uintptr_t>(at_) % sizeof word_ != 0; ++count_)
       bytes_ |= uint64_t{*--at_} << (56 - 8 * count_);

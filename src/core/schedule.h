@@ -1,5 +1,5 @@
 // The chains of dependent steps that decoders stop at, and two ways to take them: one thread takes the steps of
-// several runs in turn, or each lane of a warp takes those of one run.
+// several runs in turn, or each lane of a warp takes the steps of one run.
 #pragma once
 
 #include "src/core/condensed/condensed_attributes.h"
@@ -82,8 +82,8 @@ PSPLIT_HD void step_chains(View<DepthFirstTraversal<Index>> traversals, View<Sym
   }
 }
 
-// Takes the steps of all symbols and traversals, kInStep of a kind in turn. Those of each kind that are left
-// are then taken in turn with those of other kinds.
+// Takes the steps of all symbols and traversals, kInStep runs of one kind in turn. The remaining runs of each
+// kind then take turns with runs of other kinds.
 template <typename Traversal, typename Decoder>
 PSPLIT_HD void take_chains(Decoder* const* decoders, uint32_t count) {
   using Direct = SymbolSteps<true>;
@@ -130,7 +130,7 @@ PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
   if (points != nullptr && places != nullptr) step_in_turn(*points, *places);
 }
 
-// Takes all pending steps of decoders that are at the same stop, those of kInStep runs in turn.
+// Takes all pending steps of decoders that are at the same stop, kInStep runs in turn.
 template <typename Index, StreamKinds kKinds>
 PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t count) {
   using Decoder = PatchDecoder<Index, kKinds>;

@@ -32,14 +32,14 @@ class SeamDecoder {
   }
   PSPLIT_HD View<BitSteps> steps() const { return steps_; }
 
-  // The same for an encoder, which sets the bits of each edge.
+  // Starts for an encoder, which sets the bits of each edge itself.
   Fault start(uint32_t count, const Connectivity<Index>& mesh, Arena& arena) {
     count_ = count;
     return list_edges(SerialLanes(), mesh, arena);
   }
   View<const Index> edges() const { return inner_edges_; }
 
-  // The same for the `count` attribute data of a condensed stream. `section` is behind the symbols.
+  // Starts for the `count` attribute data of a condensed stream. `section` is at the end of the symbols.
   // Collective.
   template <Lanes L>
   PSPLIT_HD Fault start(L lanes, const CondensedStream& stream, const SectionReader& section, uint32_t count,
@@ -102,7 +102,7 @@ class SeamDecoder {
     arena.give_back(scratch);
     return fault;
   }
-  // The same by lanes. Collective.
+  // Finishes by all lanes together. Collective.
   template <Lanes L>
   PSPLIT_HD Fault finish(L lanes, Arena& arena, Patch<Index>& patch) {
     if constexpr (L::size() == 1) return finish(arena, patch);

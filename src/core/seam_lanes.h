@@ -31,7 +31,7 @@ PSPLIT_HD uint32_t list_inner_edges(L lanes, const CornerTable<Index>& table, Vi
   return count;
 }
 
-// Copies the mesh's links to `cut`, except those of edges whose bit is set.
+// Copies the mesh's links to `cut`, except the links of edges whose bit is set.
 template <Lanes L, typename Index>
 PSPLIT_HD void cut_seams(L lanes, View<Index> opposite, View<Index> edges, View<const uint8_t> bits,
                          View<Index> cut) {

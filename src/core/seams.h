@@ -8,8 +8,8 @@
 
 namespace psplit::core {
 
-// The connectivity of an attribute. Without seams inside the mesh it shares the arrays of the mesh, and with
-// the seams of another attribute those of that one.
+// The connectivity of an attribute. Without seams inside the mesh it shares the mesh's arrays; with the seams
+// of another attribute it shares that attribute's arrays.
 template <typename Index>
 struct AttributeTable {
   CornerTable<Index> table;
@@ -109,7 +109,7 @@ PSPLIT_HD Index first_value_corner(const CornerTable<Index>& own, Index leftmost
 }
 
 // Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new value begins where
-// is_new is set: behind a seam of the table `own`.
+// is_new is set: after a seam of the table `own`.
 template <typename Index, typename Visit>
 PSPLIT_HD PSPLIT_INLINE void walk_values(const CornerTable<Index>& table, const CornerTable<Index>& own,
                                          Index first, Visit visit) {
@@ -189,9 +189,8 @@ PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
 template <typename Index>
 class PointNumbers {
  public:
-  // If all seams are those of one table, points are its values: `point_counts` are those that the
-  // last call of number_attribute_vertices set. Around a closed vertex the point at the first corner is the
-  // last one.
+  // If one table has all seams, points are its values: `point_counts` are those that the last call of
+  // number_attribute_vertices set. Around a closed vertex the point at the first corner is the last one.
   PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, const AttributeTable<Index>& only,
                          View<Index> point_counts)
       : mesh_(mesh),

@@ -1,5 +1,5 @@
-// The codes of numbers in bits: those of a stitch map, shared by its reader and its writer, and
-// those of condensed streams. Specification: "numbers" and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches).
+// Bit codes of numbers: for stitch maps, shared by their reader and writer, and for condensed streams.
+// Specification: "numbers" and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
 #include "src/core/platform.h"

@@ -24,7 +24,7 @@ struct StreamHeader : DracoHeader {
   CondensedStream condensed;  // without bytes for a Draco stream
 
   PSPLIT_HD bool is_condensed() const { return kReadsCondensed && !condensed.bytes.empty(); }
-  // The same, known to the compiler if the header is that of a stream of one kind.
+  // Like is_condensed(), but a constant for the compiler if all streams are of one kind.
   template <StreamKinds kKinds>
   PSPLIT_HD bool is_condensed_of() const {
     return kKinds == StreamKinds::kBoth ? is_condensed() : kKinds == StreamKinds::kCondensed;

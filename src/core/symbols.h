@@ -60,8 +60,8 @@ class SymbolSequence {
     if (done_ < symbol_count_) table_.fill_buckets();
     for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
   }
-  // The same, and the values of tagged ones. The reader is where start left it, and
-  // afterwards behind the last value. Collective: all lanes share the sequence and the reader.
+  // Decodes the remaining symbols, and the values of tagged ones. The reader must be where start left it, and
+  // is then after the last value. Collective: all lanes share the sequence and the reader.
   template <Lanes L>
   PSPLIT_HD Fault finish(L lanes, ByteReader& reader) {
     if (lanes.rank() == 0) finish_symbols();

@@ -16,8 +16,8 @@ struct Sequence {
 
   PSPLIT_HD bool allocate(uint32_t vertex_count, Arena& arena) {
     count = vertex_count;
-    // A walk stores a corner behind the last vertex before it finds out that the corner's vertex is not new.
-    // Whatever is stored there is a corner.
+    // A walk stores a corner after the last vertex before it finds out that the corner's vertex is not new.
+    // That element always holds a valid corner.
     if (!arena.take_for_good(corner, uint64_t{vertex_count} + 1) || !arena.take_for_good(rank, vertex_count))
       return false;
     corner[vertex_count] = 0;
@@ -85,7 +85,7 @@ class Walk {
   PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
 
   PSPLIT_HD uint32_t face_seen(uint32_t corner) const { return face_seen_.of_face(corner); }
-  // The same, and 1 if there is no face.
+  // Like face_seen, but 1 if there is no face.
   PSPLIT_HD uint32_t face_done(uint32_t corner) const { return face_seen_.at(corner); }
   // Loads the neighbours of a face that is visited soon.
   PSPLIT_HD void prefetch(uint32_t corner) const { PSPLIT_PREFETCH(&table_.opposite[corner]); }

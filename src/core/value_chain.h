@@ -7,7 +7,7 @@
 
 namespace psplit::core {
 
-// The value and the component that a lane computes, among those that are computed at once.
+// The value and the component that a lane computes, of all that are computed at once.
 template <uint32_t kComponents, Lanes L>
 struct ValueLane {
   static constexpr uint32_t kValues = L::size() / kComponents;

@@ -44,8 +44,8 @@ class Arena {
     bytes_ = bytes + (skip < size ? skip : size);
     size_ = skip < size ? size - skip : 0;
   }
-  // The same in memory that grows to at most `most` bytes when they are needed. `bytes` is aligned for vectors.
-  // Not for devices.
+  // An arena in memory that grows on demand, to at most `most` bytes. `bytes` is aligned for vectors. Not for
+  // devices.
   Arena(uint8_t* bytes, size_t size, size_t most, Grow more) : Arena(bytes, size) {
     most_ = most;
     more_ = more;
@@ -63,7 +63,7 @@ class Arena {
     return true;
   }
 
-  // The same for an array that is not released. It may be where an array was that was given back.
+  // Takes an array that is never released. It may reuse the place of an array that was given back.
   template <typename T>
   PSPLIT_HD bool take_for_good(View<T>& out, uint64_t count) {
     if constexpr (kReuses) {

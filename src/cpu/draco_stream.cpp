@@ -14,7 +14,7 @@ Expected<std::optional<core::CloudHeader>> read_cloud_header(std::span<const uin
   const core::Fault fault = core::read_cloud_header(stream.data(), stream.size(), header);
   if (fault == core::Fault::kNotDraco) return std::optional<core::CloudHeader>();
   if (fault == core::Fault::kVersion) {
-    constexpr size_t kMajor = 5, kMinor = 6;  // behind "DRACO"
+    constexpr size_t kMajor = 5, kMinor = 6;  // after "DRACO"
     return unsupported("Draco stream: a point cloud of bitstream " + std::to_string(stream[kMajor]) + "." +
                        std::to_string(stream[kMinor]) + ", and only 2.2 and 2.3 are decoded");
   }

@@ -20,7 +20,7 @@ namespace psplit::core {
 
 // Starts the tokens of the part of a stream with models.has_borders: the first value, then differences.
 // `symbols` has room for border_count values of border_components numbers each, `table_of` for a number for
-// each value. After all steps of `tokens`, its section is behind the part.
+// each value. After all steps of `tokens`, its section is at the end of the part.
 PSPLIT_HD inline Fault start_border_part(const CondensedStream& stream, View<uint8_t> table_of,
                                          View<uint32_t> symbols, TokenSequence& tokens) {
   SectionReader section = stream.numbers(stream.numbers_end);
@@ -55,7 +55,7 @@ PSPLIT_HD Fault place_own_values(const StitchRow& row, const CondensedStream& st
   // The value before the next one: a copy, or where it is if the number of components is not known.
   int32_t value[kComponents != 0 ? kComponents : 1] = {};
   const int32_t* last = nullptr;
-  // A place is never behind the values that are still to be read.
+  // A place is never after the values that are still to be read.
   const int32_t* from = out.values.data() + out.values.size() - stream.border_count * components;
   uint32_t place = 0, left = stream.border_count;
   const auto place_next = [&](uint32_t count) {

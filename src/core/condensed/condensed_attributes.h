@@ -61,8 +61,8 @@ class CondensedAttributes {
   }
 
   // Makes the tokens ready, when the groups have their tables and the length of their sequences. `section` is
-  // the first one, behind everything before attributes. `corners` are those of CondensedConnectivity.
-  // Collective.
+  // the first section of attributes, after everything that precedes attributes. `corners` come from
+  // CondensedConnectivity. Collective.
   template <Lanes L>
   PSPLIT_HD Fault start(L lanes, const CondensedStream& stream, const SectionReader& section,
                         const VertexCorners<Index>& corners, Patch<Index>& patch,

@@ -43,7 +43,7 @@ PSPLIT_HD inline Fault read_split_events(const CondensedStream& stream, uint32_t
   return Fault::kNone;
 }
 
-// Sets `section` to the first section where Edgebreaker's symbols begin, behind the border part.
+// Sets `section` to the first section where Edgebreaker's symbols begin, after the border part.
 PSPLIT_HD inline Fault start_symbols(const CondensedStream& stream, SectionReader& section) {
   section = stream.models.has_borders ? stream.behind_border : stream.numbers(stream.numbers_end);
   if (!stream.models.has_borders) return section.start_words(stream.first_section);
@@ -131,7 +131,7 @@ class CondensedConnectivity {
     const DecodedSymbols<Index, kLast> symbols(symbols_, corners_.corner);
     return add_all_faces(symbols, waiting_, start_faces, mesh);
   }
-  // Start faces come behind all others.
+  // Start faces come after all others.
   PSPLIT_HD void finish_last_corners(const Connectivity<Index>& mesh) {
     constexpr uint32_t kOrder[] = {0, 2, 1};  // backward, corner 1 of a face is the first
     for (uint32_t face = mesh.counts.symbol_count; face < mesh.counts.face_count; ++face)

@@ -99,7 +99,7 @@ PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<
   out.border_components = count > 0 ? attributes[0].components : 0;
   return read_condensed_counts(attributes.first(count), point_count, header, out);
 }
-// The same on the host, whose stack has room for all attributes.
+// An overload for the host, whose stack has room for all attributes.
 inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,
                                    const CondensedModels& models, uint32_t face_count, uint32_t point_count,
                                    DracoHeader& header, CondensedStream& out) {

@@ -45,13 +45,13 @@ struct CondensedStream {
   uint64_t start_faces_at = 0;  // a bit for each component, if some end with a start face and others do not
   uint64_t events_at = 0;       // split events
   uint64_t seams_at = 0;        // for each attribute data whether it has seams
-  uint64_t lengths_at = 0;      // of all sections except the first, and behind them the attributes' numbers
-  uint64_t numbers_end = 0;     // behind all numbers
-  size_t first_section = 0;     // where the first section begins, behind all others
+  uint64_t lengths_at = 0;      // of all sections except the first, followed by the attributes' numbers
+  uint64_t numbers_end = 0;     // after all numbers
+  size_t first_section = 0;     // where the first section begins, after all others
 
   // With models.has_borders: the stream's border part has values of the first attribute at places of its border
   // walk that no other stream owns. A driver decodes the parts of all streams first (border_part.h), and then
-  // sets the values at all places of this stream's walk, and its coder behind the part.
+  // sets the values at all places of this stream's walk, and its coder to the end of the part.
   uint32_t border_count = 0, border_components = 0;
   View<const int32_t> known;    // by place, border_components numbers each
   SectionReader behind_border;  // not set yet if it has no bytes

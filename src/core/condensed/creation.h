@@ -42,9 +42,8 @@ class CreationOrder {
     }
     return seen.finish();
   }
-  // The same as see_forward or see_backward, if no other corner can be the first one of a vertex. `marks` has
-  // room for a mark at each corner.
-  // Collective.
+  // Does the work of see_forward or see_backward, if no other corner can be the first one of a vertex. `marks`
+  // has room for a mark at each corner. Collective.
   template <Lanes L>
   PSPLIT_HD Fault see_first(L lanes, View<const Index> corners) {
     Seen seen = seen_;

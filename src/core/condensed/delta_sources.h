@@ -1,7 +1,7 @@
-// What predicts the deltas of a vertex: the deltas of up to eight vertices near it that come before it, each
-// with a weight. Deltas of morph targets change with the place on a surface, so the weights are those of a
-// plane through the places of the sources, fitted to them by least squares: what is affine in space is
-// predicted exactly. Weights serve all attributes of deltas of a patch. Specification: "deltas"
+// The sources that predict the deltas of a vertex: the deltas of up to eight nearby vertices that come before
+// it, each with a weight. Deltas of morph targets vary with the place on a surface, so the weights come from a
+// plane through the places of the sources, fitted by least squares: deltas that are affine in space are
+// predicted exactly. All delta attributes of a patch share the weights. Specification: "deltas"
 // (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
@@ -30,8 +30,7 @@ struct DeltaSources {
   uint8_t neighbours = 0;  // bit n: source n shares an edge with the vertex
 };
 
-// Makes weights of shares, which are at least -2^24 and at most 2^24: the first of the largest one takes what
-// is left to 64.
+// Turns shares, from -2^24 to 2^24, into weights: the first of the largest shares takes the remainder to 64.
 PSPLIT_HD inline DeltaWeights delta_weights(const int32_t* shares, uint32_t count) {
   DeltaWeights weights;
   int32_t total = 0;

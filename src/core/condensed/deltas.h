@@ -277,8 +277,8 @@ class DeltaCoding {
   View<DeltaRow> rows_;
   View<DeltaSources<Index>> sources_;
   View<uint32_t> flags_;       // bits, by word
-  View<DeltaRecord> records_;  // behind those of vertices are zeros
-  // Of the vertex that is coded: the deltas that are not 0, by row; the list of them, and what predicts them.
+  View<DeltaRecord> records_;  // the vertices' records, then zeros
+  // Of the vertex being coded: its nonzero deltas by row, the list of these, and their predictions.
   View<DeltaValues> deltas_, predicted_;
   View<DeltaItem> items_;
   DeltaWeights even_[kMostDeltaSources + 1];  // by number of sources
@@ -423,8 +423,8 @@ class DeltaDecoder {
                : Fault::kWorkspace;
   }
 
-  // Decodes all values, when those of the first attribute are there. `order` is that of creation, backward, and
-  // `places` are those of vertices. Collective.
+  // Decodes all values, once the first attribute's are decoded. `order` is the order of creation, backward, and
+  // `places` has the place of each vertex. Collective.
   template <Lanes L>
   PSPLIT_HD Fault decode(L lanes, const CondensedStream& stream, const Sequence<Index>& order,
                          DeltaPlaces places, Patch<Index>& patch) {

@@ -49,7 +49,7 @@ class SectionReader {
   PSPLIT_HD void go_to_bit(uint64_t at) { taken_ = at; }
   PSPLIT_HD bool has_bits(uint64_t end) const { return end <= uint64_t{8} * size(); }
 
-  // Entropy decoding: the slot of the next symbol, and the step behind a symbol with this slot.
+  // Entropy decoding: the slot of the next symbol, and the step after a symbol with this slot.
   PSPLIT_HD PSPLIT_INLINE uint32_t slot() const { return state_ % kSlots; }
   // `offset` is the place of the slot in the symbol.
   PSPLIT_HD PSPLIT_INLINE void leave(uint32_t frequency, uint32_t offset) {

@@ -43,8 +43,8 @@ struct SkeletonAttribute {
   }
 };
 
-// Reads the attributes of a skeleton, at most attributes.size(). `reader` is behind the number of attribute
-// data.
+// Reads the attributes of a skeleton, at most attributes.size(). `reader` is right after the number of
+// attribute data.
 PSPLIT_HD inline Fault read_skeleton(ByteReader reader, View<SkeletonAttribute> attributes, uint32_t& count) {
   uint16_t group_ends[kMaxAttributeData + 1];
   const uint32_t group_count = reader.u8();

@@ -86,7 +86,7 @@ class TokenSequence {
   }
 
  protected:
-  // Stores what is decoded first: a token, or on a device the whole symbol.
+  // Stores the first decoded value: a token, or on a device the whole symbol.
   PSPLIT_HD PSPLIT_INLINE void put(uint32_t token) {
     if constexpr (PSPLIT_MOVES_ROWS) {
       const TokenBits bits = bits_of_token(token);
