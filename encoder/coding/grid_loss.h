@@ -32,7 +32,7 @@ class ValueSpread {
   size_t component_count() const { return components_.size(); }
   // The difference of the largest and the smallest value; 0 if it is not more than the noise of floats.
   double extent(size_t component) const;
-  // The same of the values without the 2 % that are least and the 2 % that are largest.
+  // The extent of the values without the smallest 2 % and the largest 2 %.
   double inner_extent(size_t component) const;
 
  private:

@@ -55,7 +55,7 @@ struct DracoFields {
   // The literal bytes of the stream, in their order, without the fields: the header and the metadata, the
   // traversal's type; the number of attribute data; groups, descriptions of attributes and types of their
   // decoders; for each attribute its scheme and its transform, the flag that it is compressed, the octahedral
-  // grid; the transforms of each group; bytes behind the end. Streams of one primitive often have the same
+  // grid; the transforms of each group; bytes after the end. Streams of one primitive often have the same
   // skeleton.
   std::vector<uint8_t> skeleton;
 

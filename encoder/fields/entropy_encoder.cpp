@@ -105,7 +105,7 @@ void write_table(const std::vector<Entry>& entries, std::vector<uint8_t>& out) {
   }
 }
 
-// Writes the state behind the bytes of a block: the top two bits of the last byte say how many bytes it takes.
+// Writes the state after the bytes of a block: the top two bits of the last byte say how many bytes it takes.
 void write_state(uint32_t state, std::vector<uint8_t>& block) {
   const uint32_t bytes = state < 1u << 6 ? 1 : state < 1u << 14 ? 2 : state < 1u << 22 ? 3 : 4;
   state |= (bytes - 1) << (8 * bytes - 2);

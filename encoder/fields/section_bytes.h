@@ -12,7 +12,7 @@ namespace psplit {
 // In fractions of bytes: an entropy-coded symbol rarely takes whole bits.
 struct SectionBytes {
   struct Attribute {
-    double tokens = 0, bits = 0;  // entropy-coded tokens, and the plain bits behind them
+    double tokens = 0, bits = 0;  // entropy-coded tokens, and the plain bits after them
     double flags = 0;             // creases, orientations and flips
   };
   double numbers = 0;  // plain numbers of patches: counts, split events, lengths of sections, ranges

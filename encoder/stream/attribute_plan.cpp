@@ -131,7 +131,7 @@ std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const siz
   for (AttributePlan& plan : plans)
     plan.scheme = choose_scheme(plan, codings[plan.source].bits, positions == plans.end() ? plan : *positions,
                                 traits, texture_may_overflow);
-  // What is predicted from positions that come later waits for them, behind all others.
+  // Attributes that are predicted from positions further on in the order are moved after all others.
   if (positions != plans.end())
     if (const auto waiting = std::stable_partition(plans.begin(), positions,
                                                    [](const AttributePlan& plan) {

@@ -87,15 +87,15 @@ constexpr int symbol_level_of(int speed) { return 10 - speed; }
 
 // The literal bytes of an attribute in a stream. Each function appends to `out`.
 void append_description(const AttributePlan& plan, std::vector<uint8_t>& out);
-// In front of the symbols, and behind the fields of a prediction: its octahedral grid. Nothing if values are
-// raw.
+// append_scheme writes the bytes before the symbols, append_prediction_grid the octahedral grid after the
+// fields of a prediction. Nothing if values are raw.
 void append_scheme(const AttributePlan& plan, std::vector<uint8_t>& out);
 void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out);
 // What turns integers into values.
 void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 
 // The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
-// data, which are the groups behind the first at speeds below kSpeedOfOneTable, whether an edge is on a seam of
+// data, which are the groups after the first at speeds below kSpeedOfOneTable, whether an edge is on a seam of
 // theirs; empty from that speed on.
 std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, bool is_valence,
                                           std::span<const uint8_t> has_seams);

@@ -64,7 +64,7 @@ Expected<LabelledStream> encode_as_draco(const DracoMesh& mesh, std::vector<Attr
 // The methods of point clouds. The numbers are Draco's.
 enum class CloudMethod : uint8_t { kSequential = 0, kTree = 1 };
 
-// The same for the points of a mesh without faces, as draco::PointCloud: any attributes, in any order, several
+// Encodes the points of a mesh without faces, as a draco::PointCloud: any attributes, in any order, several
 // POSITIONs among them. Without a method, it is the one that libdraco chooses. Equal points stay, unless
 // `deduplicate` made one of them.
 //

@@ -119,7 +119,7 @@ class Rows {
   uint32_t axis_count() const { return kAxes != 0 ? kAxes : axis_count_; }
   const uint32_t* row(uint32_t i) const { return first_ + size_t{i} * row_size(); }
 
-  // Moves the points whose coordinate has the bit at `place` behind the others, and returns where they begin.
+  // Moves the points whose coordinate has the bit at `place` after the others, and returns where they begin.
   // Points that share all bits, or are two in a box, are stored in the order that the moves give them. It is
   // that of std::partition: the first point on the wrong side and the last one change places, and so on. Most
   // boxes have few points; those of others are looked at block by block, from both ends.
@@ -148,8 +148,8 @@ class Rows {
   static constexpr uint32_t kStep = TreePoints::kRowsBehind;
 
   size_t row_size() const { return size_t{axis_count()} + 1; }
-  // A flag for each of at most 64 points, in their order. They are read kStep at a time, perhaps some behind
-  // them.
+  // A flag for each of at most 64 points, in their order. They are read kStep at a time, possibly beyond the
+  // last.
   uint64_t points_with(uint32_t begin, uint32_t count, uint32_t axis, uint32_t place) const {
     const uint32_t bit = 1u << place;
     uint64_t points = 0;
@@ -196,7 +196,7 @@ class CutsInTurn {
   uint32_t unknown_bits(const State& state, uint32_t) const { return cuts_[state.cut_count].unknown_bits; }
   void cut(State& state, uint32_t) const { ++state.cut_count; }
 
-  // Writes what is unknown of a point, if it is there.
+  // Writes the unknown bits of a point, if the point exists.
   template <uint32_t kAxes>
   void write_rest(const Rows<kAxes>& rows, const State& state, uint32_t, const uint32_t* point, bool is_there,
                   PlainBitWriter& rest) const {

@@ -21,7 +21,7 @@ Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& so
                                                        std::span<const std::array<uint32_t, 3>> faces,
                                                        int speed, std::span<const DracoLabel> labels = {});
 
-// The same for points without faces: a point cloud.
+// Writes points without faces: a point cloud.
 Expected<std::vector<uint8_t>> write_sequential_cloud(const AttributeSource& source, int speed,
                                                       std::span<const DracoLabel> labels = {});
 

@@ -14,7 +14,7 @@ namespace {
 // The edges that leave a vertex, in the order of their faces. An edge is given by the corner across from it.
 struct LeavingEdge {
   uint32_t to;
-  uint32_t corner;  // kLinked behind the first face that comes the other way
+  uint32_t corner;  // kLinked after the first face that comes the other way
 };
 constexpr uint32_t kLinked = HubEdges::kNone;
 
