@@ -30,11 +30,11 @@ void remove_extensions(Document& document, const PrimitiveGroup& group) {
   }
 }
 
-// Decodes the meshes of all groups into one new buffer, laid out as append_buffer_view would lay them out
-// behind the last buffer. The counts of a container are known before it is decoded, so its mesh is decoded in
-// place. Other meshes, such as those of stock Draco, are decoded first, and copied. If all is too large for
-// memory, the buffer is a temporary file: containers are decoded window by window, and other meshes one after
-// the other. They wait in another file.
+// Decodes the meshes of all groups into one new buffer, laid out as append_buffer_view would after the last
+// buffer. The counts of a container are known before it is decoded, so its mesh is decoded in place. Other
+// meshes, such as those of stock Draco, are decoded first, and copied. If the meshes do not fit into memory,
+// the buffer is a temporary file: containers are decoded window by window, and other meshes one after the
+// other. The latter wait in another file.
 class DocumentDecoder {
  public:
   DocumentDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,
@@ -83,7 +83,7 @@ class DocumentDecoder {
     std::vector<AttributeRequest> requests;
     uint32_t point_count = 0, face_count = 0;
     std::optional<PatchContainer> container;  // decoded in place
-    std::vector<StreamFindings> streams;      // what is wrong with its streams; empty if they are not checked
+    std::vector<StreamFindings> streams;      // errors of its streams; empty if they are not checked
     Mesh mesh;                                // without a container: waits here,
     uint64_t waits_at = 0;                    // or, laid out, in waiting_
     LaidOutMesh laid_out;

@@ -21,7 +21,7 @@ Status decode_into_file(const PatchContainer& container, std::span<const Attribu
                         const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
                         const Progress& progress = {}, std::vector<StreamFindings>* findings = nullptr);
 
-// The same into a new temporary file in limit.folder, if the container justifies its counts.
+// Decodes into a new temporary file in limit.folder, if the container's size justifies its counts.
 Expected<MeshInFile> decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
                                     const MemoryLimit& limit, const ThreadPool& pool,
                                     std::vector<StreamFindings>* findings = nullptr);

@@ -35,7 +35,7 @@ class JoinedMeshes {
   // Three points for each face.
   const std::vector<unsigned>& corners() const { return corners_; }
 
-  // The same faces, whose points at one position are one point, within each mesh.
+  // The faces with all points of one position, within each mesh, replaced by one point.
   std::vector<unsigned> without_seams(std::span<const unsigned> corners) const {
     std::vector<unsigned> joined(corners.size());
     meshopt_generateShadowIndexBuffer(joined.data(), corners.data(), corners.size(), points_.data(),

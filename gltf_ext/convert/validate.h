@@ -51,10 +51,10 @@ Status check_readable(const Document& document, PrimitiveId id, const DecodeBack
 Status check_document(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
                       const MemoryLimit& limit = {});
 
-// The same of primitives in patches alone.
+// Checks only the primitives in patches.
 Status check_patches(const Document& document, const ThreadPool& pool);
 
-// The same for a caller that has decoded the meshes: meshes[i] is that of primitive ids[i], which is in
+// Checks a document whose meshes the caller has decoded: meshes[i] belongs to primitive ids[i], which is in
 // patches, and streams[i] has the findings of its streams; empty if there are none. `backend` decodes coarse
 // primitives.
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,

@@ -36,7 +36,7 @@ Status check_limits(std::string_view text) {
   return {};
 }
 
-// Where the byte `at` is, counted from 1. An end of the text is behind its last byte.
+// The place of the byte `at`, counted from 1, as a text. The end of the document is one past its last byte.
 std::string place_in(std::string_view text, size_t at) {
   if (text.find('\n') == text.npos) return "byte " + std::to_string(at);
   const std::string_view before = text.substr(0, at > 0 ? at - 1 : 0);
