@@ -21,12 +21,12 @@ class ChosenStreams {
   // share values; otherwise it is null. `container`, which is empty, becomes the container of the patches in
   // their order, without streams and headers. To be called once.
   void choose(std::vector<uint32_t> patches, std::unique_ptr<uint8_t[]> stitch_map, PatchContainer& container);
-  // The streams that they need: the patches in their order, each behind the owners of its values that do not
+  // The streams that they need: the patches in their order, each after the owners of its values that do not
   // come before.
   const std::vector<uint32_t>& needed() const { return needed_; }
   uint64_t needed_bytes() const;
 
-  // The needed streams come to `memory`, one behind the other. It must outlive this.
+  // The needed streams come to `memory`, one after the other. It must outlive this.
   void place(std::span<const uint8_t> memory);
   // The first `arrived` bytes of the memory are there. Gives the container of the patches the streams and
   // the headers of those that can be decoded since the last call. They may refer to memory that the next call

@@ -24,7 +24,7 @@ class DecodedContainer {
   // stream.
   enum class Stage : uint32_t { kNone, kStreams, kReferences };
 
-  // What is there of the bytes. If not all, those to the end of the head are, or more.
+  // How much of the container is present: all of its bytes, or at least those to the end of the head.
   enum class Arrival : uint32_t {
     kFront,  // of the whole container, which arrives
     kWhole,
@@ -44,7 +44,7 @@ class DecodedContainer {
   // Makes an outline the container of some patches of it, as ChosenStreams says. Returns the streams that they
   // need.
   const std::vector<uint32_t>& choose(std::vector<uint32_t> patches, std::unique_ptr<uint8_t[]> stitch_map);
-  // Takes memory for these streams. They then arrive, one behind the other.
+  // Takes memory for these streams. They then arrive, one after the other.
   Status place_chosen();
 
   // Decodes the first stream for its attributes.

@@ -50,7 +50,7 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   core::Arena arena(stream->memory_.get(), kFirstBytes, most, grow);
   const Fault fault = decode_stream(*header, arena, stream->patch_);
   if (fault != Fault::kNone) {
-    stream.reset();  // before a message takes memory behind it
+    stream.reset();  // before a message takes memory after it
     return status_of(fault);
   }
   resize(stream->memory_.get(), arena.mark());

@@ -8,7 +8,7 @@
 
 namespace psplit::web {
 
-// Where the values of an attribute go: one behind the other.
+// Where the values of an attribute go: one after the other.
 class ValuePlaces {
  public:
   ValuePlaces(uint8_t* out, size_t stride) : out_(out), stride_(stride) {}

@@ -16,8 +16,9 @@ struct LastError {
   uint32_t message_bytes = 0;
 };
 
-// It keeps its memory: a message that moved with each error would part the free memory before it from that
-// behind. No static object has a constructor: the linker would have it called with each call of an export.
+// It keeps its memory: a message that moved with each error would separate the free memory before it from the
+// free memory after it. No static object has a constructor: the linker would have it called with each call of
+// an export.
 [[clang::no_destroy]] constinit std::optional<std::string> message;
 constinit LastError last;
 

@@ -5,15 +5,14 @@
 
 #include "src/core/platform.h"
 
-// The first byte behind the static data. The linker gives its address.
+// The first byte after the static data. The linker defines its address.
 extern "C" uint8_t __heap_base;
 
 namespace psplit::web {
 namespace {
 
-// Blocks lie one behind the other. Each begins with its size and the size of the block before it, so that a
-// free block finds its neighbours. Free blocks of about one size are in a list. No two free blocks are
-// neighbours.
+// Blocks follow each other. Each begins with its size and the size of the block before it, so that a free block
+// finds its neighbours. Free blocks of about one size are in a list. No two free blocks are neighbours.
 struct Block {
   uint32_t bytes;         // with this header; a multiple of kUnit, and 1 more if the block is in use
   uint32_t bytes_before;  // of the block before it; 0 for the first

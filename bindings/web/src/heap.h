@@ -1,5 +1,5 @@
-// The module's heap: all memory behind its static data. It grows with the memory, and never shrinks: a page
-// that wants the memory back drops the instance.
+// The module's heap: all memory after its static data. It grows with the memory, and never shrinks: a page that
+// wants the memory back drops the instance.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@ namespace psplit::web {
 
 // Returns memory that is aligned for every type, not zeroed; null if the memory cannot grow.
 void* allocate(size_t bytes);
-// The same behind all other memory that is in use, so that it can grow.
+// Like the function above, but takes memory after all other memory in use, so that it can grow.
 void* allocate_last(size_t bytes);
 // Changes the size of memory of allocate, where it is. Returns false if there is no room.
 bool resize(void* memory, size_t bytes);

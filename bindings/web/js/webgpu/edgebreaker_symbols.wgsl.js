@@ -66,7 +66,7 @@ fn decode_lists(@builtin(global_invocation_id) id: vec3u) {
       state = (state << 8u) | byte_at(at + size);
     }
     let number = state & ((1u << precision_bits) - 1u);
-    // The last slot ends behind all numbers.
+    // The last slot ends after all numbers.
     var slot = list + 5u;
     while (number >= plan[slot + 3u]) { slot += 2u; }
     memory[out + n] = plan[slot];

@@ -84,7 +84,7 @@ fn square_root(a: u32) -> u32 {
   if (is_zero(a)) { return a; }
   let x = parts(a);
   let odd = u32(x.exponent & 1);
-  let square = x.mantissa << odd;  // 25 bits, and behind them zeros
+  let square = x.mantissa << odd;  // 25 bits, followed by zeros
   var root = 0u;
   var rest = 0u;
   for (var k = 0u; k < 27u; k++) {

@@ -36,7 +36,7 @@ fn next_symbol(symbols: ptr<function, Symbols>) -> u32 {
   let slots = (*symbols).slots;
   var first = load(slots, 2u * slot + 1u);
   var end = load(slots, 2u * slot + 3u);
-  // The last slot ends behind all numbers.
+  // The last slot ends after all numbers.
   while (number >= end && 2u * slot + 5u < slots.y) {
     slot += 1u;
     first = end;

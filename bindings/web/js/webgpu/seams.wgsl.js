@@ -29,7 +29,7 @@ fn cut(@builtin(global_invocation_id) id: vec3u) {
     store(marks, load(vertex, next(c)), 1u);
     store(marks, load(vertex, previous(c)), 1u);
   }
-  // The value at the first corner of a vertex has the vertex's number; the others have those behind the vertices.
+  // The value at the first corner of a vertex has the vertex's number; all others have numbers after the vertices'.
   let vertex_count = state(i, kVertexCount);
   var count = vertex_count;
   for (var v = 0u; has_seams != 0u && v < vertex_count; v++) {
