@@ -18,7 +18,7 @@ bool cuda_available(std::string* why) {
   // This build may have no code for the device.
   cudaFuncAttributes attributes;
   if (error == cudaSuccess && device_count > 0) error = cudaFuncGetAttributes(&attributes, probe_kernel);
-  // The error also stays behind as the runtime's last one. The next caller would take it for its own.
+  // The error also remains the runtime's last error. The next caller would take it for its own.
   if (error != cudaSuccess) (void)cudaGetLastError();
   const bool available = error == cudaSuccess && device_count > 0;
   if (why != nullptr) *why = available ? "" : error != cudaSuccess ? cudaGetErrorString(error) : "no device";

@@ -17,7 +17,7 @@ namespace psplit {
 // The status of a call of the runtime, whose name `call` is. `bytes` is the amount of memory that it asked for.
 inline Status cuda_status(cudaError_t error, const char* call, size_t bytes = 0) {
   if (error == cudaSuccess) return {};
-  (void)cudaGetLastError();  // the error also stays behind as the runtime's last one
+  (void)cudaGetLastError();  // the error also remains the runtime's last error
   const std::string amount = bytes > 0 ? " of " + std::to_string(bytes) + " bytes" : "";
   return runtime_failure(std::string("CUDA: ") + call + amount + ": " + cudaGetErrorString(error));
 }

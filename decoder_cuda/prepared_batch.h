@@ -163,13 +163,13 @@ class PreparedBatch {
   T* array(size_t at) const {
     return reinterpret_cast<T*>(memory_ + at);
   }
-  // In the pinned block, behind what is uploaded.
+  // In the pinned block, after the uploaded bytes.
   uint32_t* point_counts() const { return reinterpret_cast<uint32_t*>(host_block_.data() + results_at_); }
   core::Fault* faults() const {
     return reinterpret_cast<core::Fault*>(point_counts() + plan_.streams().size());
   }
 
-  // Copies values to a place of the pinned block, and returns the place behind them.
+  // Copies values to a place of the pinned block, and returns the place after them.
   template <typename Values>
   size_t copy(size_t at, const Values& values) {
     if (!values.empty()) std::memcpy(host_block_.data() + at, values.data(), values.size() * sizeof(values[0]));

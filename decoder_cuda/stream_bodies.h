@@ -104,7 +104,7 @@ struct BorderTask {
 // it are the values and marks of all places.
 struct BorderState {
   core::WalkValues walk;
-  core::SectionReader behind;  // the stream's coder behind its border part
+  core::SectionReader behind;  // the stream's coder after its border part
 
   // With the memory after it. Every value takes four bytes, and every place a mark. The attributes of the
   // skeleton are there before.
@@ -243,7 +243,7 @@ struct BeginStreams {
     using core::Fault;
     const Fault fault = read_header(task, memory + state.bytes(), state.header);
     if (fault != Fault::kNone) return fault;
-    // A residue may have more faces than its row counts, behind those.
+    // A residue may have more faces than its row counts; they follow the counted ones.
     const uint32_t faces = state.header.counts.face_count;
     if (task.is_residue ? faces < task.face_count : faces != task.face_count) return Fault::kRow;
     if (sizeof(Index) == 2 && !state.header.fits_16_bits()) return Fault::kRow;
