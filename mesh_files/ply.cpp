@@ -580,7 +580,7 @@ class PlyReader {
     return faces_.size() < kMostFaces || pass_faces();
   }
 
-  // Finds the properties of texture coordinates. MeshLab writes "texcoord", and "texnumber" behind it.
+  // Finds the properties of texture coordinates. MeshLab writes "texcoord", followed by "texnumber".
   void plan_texcoords(const PlyElement& element, bool strips) {
     coordinates_ = texture_number_ = nullptr;
     texture_ = 0;

@@ -262,7 +262,7 @@ bool replace_open_file(const fs::path& from, const fs::path& to) {
          ::SetFileInformationByHandle(file.get(), kRenameEx, info, static_cast<DWORD>(memory.size())) != 0;
 }
 
-// Whether the first character of a name matches the set after a '['. Moves `pattern` behind its ']'. A set
+// Whether the first character of a name matches the set after a '['. Moves `pattern` past its ']'. A set
 // without end is no set.
 std::optional<bool> matches_set(char letter, std::string_view& pattern) {
   std::string_view rest = pattern;

@@ -32,7 +32,7 @@ std::string random_digits() {
   return digits;
 }
 
-// The part of a path behind its folders.
+// The part of a path after its folders.
 std::string local_name(const std::string& path) { return allowed_name(fs::path(path).filename().string()); }
 
 void remove_dead_folders(const fs::path& place) {

@@ -67,7 +67,7 @@ std::string header_text(const ShapeStream& shape, bool normals) {
   return ply_header_text(shape.point_count(), properties, shape.face_count());
 }
 
-// Two regions of the file that grow: the points, and the faces behind all points.
+// Two growing regions of the file: the points, and the faces after all points.
 class PlyWriter {
  public:
   PlyWriter(std::FILE* file, uint64_t points_at, uint64_t faces_at)
