@@ -13,9 +13,9 @@ namespace psplit {
 // Whether the bits of the attribute are given.
 bool are_given(const Attribute& attribute, const CodingOptions& options);
 
-// The bits that the options want for the attribute. 0 for those that are kept exactly: integers, and attributes
-// that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and those in
-// `exact`; and morph targets, whose grids follow from others (target_codings.h).
+// The bits that the options request for the attribute. 0 for attributes that are kept exactly: integers,
+// feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the attributes in `exact`. Also 0
+// for morph targets, whose grids follow from other attributes' (target_codings.h).
 int wanted_bits(const Attribute& attribute, const CodingOptions& options);
 
 // The bounds by which the attribute's coding is chosen (bounds_of); empty if the coding does not depend on

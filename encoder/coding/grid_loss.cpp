@@ -54,7 +54,7 @@ class Placed {
   uint32_t size() const { return static_cast<uint32_t>(places_.size()); }
   size_t stored_count() const { return stored_count_; }
   bool is_stored(uint32_t point) const { return stored_.empty() || stored_[point] != 0; }
-  // Not those of indices that are out of range, which check_mesh reports later.
+  // Skips indices that are out of range, which check_mesh reports later.
   bool are_stored(const std::array<uint32_t, 3>& face) const {
     if (std::max({face[0], face[1], face[2]}) >= size()) return false;
     return stored_.empty() || (stored_[face[0]] & stored_[face[1]] & stored_[face[2]]) != 0;
@@ -133,7 +133,7 @@ bool has_area(const Placed& placed, const std::array<uint32_t, 3>& face) {
   return length_of(cross<double>(corner[0], corner[1], corner[2])) > longest * largest * kNoise;
 }
 
-// The positions that are told apart, and those of them that coincide with an earlier one on the grid.
+// The number of distinct positions, and of those positions that coincide with an earlier one on the grid.
 class Coinciding {
  public:
   explicit Coinciding(const Placed& placed)
@@ -187,7 +187,7 @@ class Coinciding {
   size_t waiting_count_ = 0;
 };
 
-// The faces that have an area, and those of them that have none on the grid.
+// The number of faces with an area, and how many of these have none on the grid.
 LostShare flat_faces(const Placed& placed, Span<const std::array<uint32_t, 3>> faces) {
   LostShare share;
   for (const auto& face : faces) {

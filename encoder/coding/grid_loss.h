@@ -22,8 +22,7 @@ struct LostShare {
   }
 };
 
-// How the values of each component are spread. The limits are those of all values; quantiles are those of a
-// sample.
+// The distribution of each component's values. Limits come from all values, quantiles from a sample.
 class ValueSpread {
  public:
   // Ignores points whose flag in `stored` is 0, if there are flags.

@@ -90,7 +90,7 @@ void describe(const GridLoss& loss, PrecisionFinding& finding) {
   say("the ends of " + share_text(loss.edges, "edges"), "have equal texture coordinates");
 }
 
-// The mesh, with what is wanted of its attributes.
+// The mesh, with the requested bits of its attributes.
 class Guard {
  public:
   Guard(const GuardedMesh& mesh, Span<const AttributeCoding> codings, Span<const int> wanted,

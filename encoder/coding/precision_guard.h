@@ -15,10 +15,9 @@
 
 namespace psplit {
 
-// A grid is too coarse if more than these shares are lost: of the faces, those without an area; of the
-// positions, those that coincide with another; of the edges, those whose ends get equal texture coordinates; of
-// texture coordinates, those that move by more than kTextureError. Real meshes have some of each
-// (docs/decisions.md).
+// A grid is too coarse if more than these shares are lost: faces that lose their area; positions that coincide
+// with another; edges whose ends get equal texture coordinates; texture coordinates that move by more than
+// kTextureError. Real meshes have some of each (docs/decisions.md).
 inline constexpr double kMostFlatFaces = 0.03, kMostCoinciding = 0.125, kMostEqualEnds = 0.05,
                         kMostMoved = 0.01;
 // In textures.
@@ -36,7 +35,7 @@ struct GuardedMesh {
 
 // What the guard found about one attribute.
 struct PrecisionFinding {
-  bool is_loss = false;    // the coding loses what the mesh tells apart, or the attribute has no grid
+  bool is_loss = false;    // the coding makes distinct values equal, or the attribute has no grid
   AttributeCoding better;  // one that does not, with few bits; 0 bits: only exact values do
   std::string subject;     // what is lost ("3 of 9 faces")
   std::string predicate;   // and how ("have no area"); empty if the attribute has no grid
@@ -45,8 +44,8 @@ struct PrecisionFinding {
 
 // For each attribute of the mesh: positions may not collapse to fewer points, nor faces lose their area;
 // texture coordinates of a face may not become equal, nor move by more than kTextureError; in all other
-// attributes, outliers and large components must leave bits to small ones. `wanted` are the bits of each
-// attribute that are wanted (wanted_bits). Errors: those of for_each_part.
+// attributes, outliers and large components must leave bits to small ones. `wanted` has the requested bits of
+// each attribute (wanted_bits). Errors: as for_each_part.
 Expected<std::vector<PrecisionFinding>> find_losses(const GuardedMesh& mesh,
                                                     Span<const AttributeCoding> codings, Span<const int> wanted,
                                                     const ThreadPool& pool);
@@ -58,7 +57,7 @@ PrecisionNote note_of(const std::string& semantic, const PrecisionFinding& findi
                       const AttributeCoding& used, bool is_given, uint64_t values);
 
 // Replaces the codings of the mesh, which has these attributes, by better ones, unless their bits are given.
-// Returns what it did, and what the others lose. Errors: those of find_losses.
+// Returns notes about the changes, and about the losses of the other codings. Errors: as find_losses.
 Expected<std::vector<PrecisionNote>> guard_codings(const GuardedMesh& mesh, Span<const Attribute> attributes,
                                                    const CodingOptions& options, Span<const int> wanted,
                                                    const ThreadPool& pool,
