@@ -11,8 +11,8 @@ namespace psplit {
 
 // An attribute of a stream: the group that it is in, its values, and how they are predicted.
 //
-// The values are in the tables of psplit's own connectivity decoder. Corrections depend on the tables only by
-// what a decoder knows as well, so they are those of an encoder with tables of its own.
+// The values are in the tables of psplit's own connectivity decoder. Corrections depend only on data in the
+// tables that a decoder knows as well, so they equal the corrections of an encoder with tables of its own.
 struct ValuesToCorrect {
   const core::Group<uint32_t>& group;  // with its table and sequence
   // coding, type, components and bits; `values` by vertex of the table, value_stride apart, or `raw` in the

@@ -24,7 +24,7 @@ bool has_steps(const AttributePlan& plan) {
   return plan.description.coding == Coding::kInteger || plan.description.coding == Coding::kQuantized;
 }
 
-// The numbers are libdraco's choices by speed. `bits`: those that were asked for, also for integers.
+// The numbers are libdraco's choices by speed. `bits`: as requested, even for integers.
 Scheme choose_scheme(const AttributePlan& plan, int bits, const AttributePlan& positions,
                      const StreamTraits& traits, const std::function<bool(size_t)>& texture_may_overflow) {
   constexpr int kFastest = 10, kByDifference = 8, kOneParallelogram = 2;

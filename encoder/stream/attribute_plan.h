@@ -35,8 +35,8 @@ struct StreamTraits {
   uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
   bool is_sequential = false;
   bool is_cloud = false;  // without faces
-  // Of the mesh's attributes. Their order is then that of the unique ids, and the grids of the codings are
-  // those of the stream. Empty: labels follow from glTF's semantics, and POSITION comes first.
+  // Of the mesh's attributes. Attributes are then in the order of unique ids, and the stream uses the codings'
+  // grids. Empty: labels follow from glTF's semantics, and POSITION comes first.
   std::span<const DracoLabel> labels{};
 };
 
@@ -73,11 +73,11 @@ struct AttributePlan {
   bool is_predicted() const { return scheme != core::Scheme::kNone; }
 };
 
-// The plans of the attributes in the order of the stream, group after group. `seams_of` is that of the welded
-// mesh (weld.h). The grids of kQuantized are those of the codings:
-// set_stream_grid (attribute_values.h) makes them libdraco's, if there are no labels. texture_may_overflow(i)
-// says for an attribute of the mesh that has texture coordinates whether to predict them by parallelogram,
-// because products with positions may exceed 64 bits.
+// The plans of the attributes in the order of the stream, group after group. `seams_of` comes from the welded
+// mesh (weld.h). kQuantized attributes have the codings' grids: set_stream_grid (attribute_values.h) makes them
+// libdraco's, if there are no labels. texture_may_overflow(i) says for an attribute of the mesh that has
+// texture coordinates whether to predict them by parallelogram, because products with positions may exceed 64
+// bits.
 std::vector<AttributePlan> plan_attributes(const Mesh& mesh, std::span<const size_t> seams_of,
                                            std::span<const AttributeCoding> codings, const StreamTraits& traits,
                                            const std::function<bool(size_t)>& texture_may_overflow);
@@ -91,7 +91,7 @@ void append_description(const AttributePlan& plan, std::vector<uint8_t>& out);
 // fields of a prediction. Nothing if values are raw.
 void append_scheme(const AttributePlan& plan, std::vector<uint8_t>& out);
 void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out);
-// What turns integers into values.
+// Writes the transform from integers to values.
 void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 
 // The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute

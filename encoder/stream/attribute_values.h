@@ -12,10 +12,10 @@ namespace psplit {
 
 // `rows` are points of the mesh: those whose values are stored.
 
-// Sets the origin and the range of a plan for kQuantized to those that libdraco's encoder finds in these values
-// and in the extremes of the coding's grid. They are the coding's own if the coding is fit_grid's for the whole
-// mesh, but the sign of a zero is that of the first value that is zero. Rows are in any order, any number of
-// times: the first value is that of the lowest row.
+// Sets the origin and the range of a plan for kQuantized as libdraco's encoder finds them in these values and
+// in the extremes of the coding's grid. They equal the coding's own if fit_grid made the coding for the whole
+// mesh, except that a zero has the sign of the first zero value. Rows are in any order, any number of times:
+// the first value is that of the lowest row.
 void set_stream_grid(const Attribute& source, const AttributeCoding& coding, std::span<const uint32_t> rows,
                      AttributePlan& plan);
 

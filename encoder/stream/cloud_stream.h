@@ -24,7 +24,7 @@ struct EncodedCloud {
   std::vector<uint32_t> source_point;  // for each decoded point the point of the cloud
 };
 
-// Encodes all points, also equal ones. With labels (StreamTraits) the grids are those of the codings, otherwise
+// Encodes all points, also equal ones. With labels (StreamTraits) the grids are the codings', otherwise
 // libdraco's for these values. Errors: kInvalidInput for no points or no attributes, and for values that fit no
 // grid; kInvalidInput for floats of a tree that are exact or directions. kUnsupported for more than 4 GB; for
 // signed integers of a tree that are 2^31 and more apart; for integers above 2^31 - 1 of a sequential stream,
@@ -32,8 +32,8 @@ struct EncodedCloud {
 Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const AttributeCoding> codings, bool is_tree,
                                     int speed, std::span<const DracoLabel> labels = {});
 
-// Decodes a stream of the cloud. The attributes are those of the cloud, in their order, if the stream was
-// encoded without labels. Errors: kRuntimeFailure.
+// Decodes a stream of the cloud. If the stream was encoded without labels, the attributes are the cloud's, in
+// the same order. Errors: kRuntimeFailure.
 Expected<Mesh> decode_cloud(const Mesh& cloud, std::span<const uint8_t> stream);
 
 }  // namespace psplit

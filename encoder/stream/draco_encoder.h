@@ -1,5 +1,5 @@
 // Encodes a mesh as draco::Encoder and draco::ExpertEncoder do for the same calls of libdraco's interface: any
-// attributes, in any order, on grids that are the caller's or those of the values.
+// attributes, in any order, on the caller's grids or on grids that fit the values.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// The attributes of a stream whose connectivity is known.
+// Encodes the attributes of a stream whose connectivity is known.
 //
-//   attribute_plan.h         which coding and which prediction; the literal bytes that say so
+//   attribute_plan.h         which coding and which prediction; the literal bytes that state them
 //   attribute_values.h       values -> integers
 //   attribute_corrections.h  integers -> what is stored, on the tables that a decoder has
 //   crease_choice.h          which parallelograms predict a value
@@ -42,7 +42,7 @@ class AttributeEncoder {
       : source_(source), has_grids_(has_grids), groups_(groups), point_of_corner_(point_of_corner) {}
 
   // Takes the values of an attribute in the order of its group, and sets the grid of its plan. POSITION comes
-  // before what is predicted from it.
+  // before attributes that are predicted from it.
   Status take(AttributePlan& plan, const core::Group<uint32_t>& group);
   // The fields of the attribute that was taken last, with the scheme of the plan. May be called with one scheme
   // after the other.
@@ -73,7 +73,7 @@ class AttributeEncoder {
 
 // `groups` have tables and sequences: one for all attributes, or that of POSITION and those of the others in
 // the order of the mesh (AttributePlan::group). point_of_corner has the part's point at each corner of their
-// tables. For texture_may_overflow see plan_attributes. Errors: those of correct_values and write_integers.
+// tables. For texture_may_overflow see plan_attributes. Errors: as correct_values and write_integers.
 // Thread-safe.
 Expected<EncodedAttributes> encode_attributes(const AttributeSource& source, const StreamTraits& traits,
                                               const std::function<bool(size_t)>& texture_may_overflow,

@@ -19,7 +19,7 @@
 namespace psplit {
 
 // How to request each attribute of the mesh, in order, from a decoder of any stream of it. Draco's unique id of
-// POSITION is 0; those of the others follow in their order.
+// POSITION is 0; the other attributes' ids follow in order.
 std::vector<AttributeRequest> stream_requests(const Mesh& mesh);
 
 // Decodes a stream of the mesh, or of a part of it. Errors: kRuntimeFailure.

@@ -120,9 +120,9 @@ class Rows {
   const uint32_t* row(uint32_t i) const { return first_ + size_t{i} * row_size(); }
 
   // Moves the points whose coordinate has the bit at `place` after the others, and returns where they begin.
-  // Points that share all bits, or are two in a box, are stored in the order that the moves give them. It is
-  // that of std::partition: the first point on the wrong side and the last one change places, and so on. Most
-  // boxes have few points; those of others are looked at block by block, from both ends.
+  // Points that share all bits, or are two in a box, are stored in the order that the moves give them. That is
+  // the order of std::partition: the first and the last point on the wrong side change places, and so on. Most
+  // boxes have few points; the points of larger boxes are examined block by block, from both ends.
   uint32_t move_upper_half(uint32_t begin, uint32_t end, uint32_t axis, uint32_t place) {
     constexpr uint32_t kBlock = 32;
     uint64_t wrong_front = 0, wrong_back = 0;

@@ -14,7 +14,7 @@ namespace psplit {
 // The stream that libdraco's encoder writes at this speed, 0 to 10. It keeps the order of points and faces, and
 // takes any face. Indices, points of the part, are compressed if that makes the stream smaller, and if
 // libdraco's decoder takes it: it refuses compressed indices of fewer than three bytes for each face in what
-// follows. Errors: kInvalidInput for no points; those of encode_attributes. Thread-safe.
+// follows. Errors: kInvalidInput for no points; as encode_attributes. Thread-safe.
 //
 // With labels (StreamTraits) indices are not compressed, as in libdraco unless it is told to.
 Expected<std::vector<uint8_t>> write_sequential_stream(const AttributeSource& source,

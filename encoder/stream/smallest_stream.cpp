@@ -253,7 +253,7 @@ size_t attribute_bytes(const AttributePlan& plan, const AttributeFields& fields,
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                               std::span<const AttributeCoding> codings, bool with_values,
                                               bool in_creation_order) {
-  // The fields of a valence traversal have those of a standard one as well.
+  // The fields of a valence traversal include the fields of a standard one.
   Expected<EncodedConnectivity> connectivity = connect_patch(welded, patch, {.valence = true});
   if (!connectivity) return connectivity.status();
   int symbol_level = 0;

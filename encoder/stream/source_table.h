@@ -35,7 +35,8 @@ class SourceTable {
   enum VertexState : uint8_t { kInside, kBorder, kMet };
 
   // `vertex_of_point` has numbers below `vertex_limit` for the points of the faces. Faces number fewer than
-  // core::kMaxFaces. `neighbours` are those of a PatchMesh, or empty. Points with one number have one position.
+  // core::kMaxFaces. `neighbours` come from a PatchMesh, or are empty. Points with one number have one
+  // position.
   SourceTable(std::span<const std::array<uint32_t, 3>> faces, std::span<const uint32_t> vertex_of_point,
               uint32_t vertex_limit, std::span<const std::array<uint32_t, 3>> neighbours);
 

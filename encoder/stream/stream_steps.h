@@ -15,8 +15,8 @@
 
 namespace psplit {
 
-// The connectivity. Seams are where the welded mesh has different values. Errors: those of encode_connectivity,
-// and kUnsupported for too many points.
+// The connectivity. Seams are where the welded mesh has different values. Errors: as encode_connectivity, and
+// kUnsupported for too many points.
 Expected<EncodedConnectivity> connect_patch(const WeldedMesh& welded, const PatchMesh& patch,
                                             const ConnectivityChoices& choices);
 
