@@ -114,8 +114,8 @@ Expected<std::vector<EqualMeshes>> make_coarse(const Document& document, double 
   return result;
 }
 
-// Copies the primitives of a mesh to its other list, and removes from the first what does not fit coarse ones:
-// so the lists are those of a file.
+// Copies the primitives of a mesh to its other list, and removes from the first the members that coarse
+// primitives cannot have, so that the lists are as in a file.
 void double_list(Document& document, std::span<const PrimitiveId> ids) {
   Json& mesh = document.json()["meshes"][ids.front().mesh];
   const Json fine = mesh["primitives"];
@@ -143,8 +143,7 @@ void remove_empty(Document& document, const EqualMeshes& equal) {
   }
 }
 
-// A loader that knows patches takes the fine primitives, and needs Draco for those of them that are stock
-// Draco.
+// A loader that knows patches takes the fine primitives, and needs Draco if some of them are stock Draco.
 void require_extensions(Document& document) {
   std::vector<PrimitiveId> patched;
   bool needs_draco = false;

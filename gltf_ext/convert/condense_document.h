@@ -28,14 +28,14 @@ struct CondensedView {
 };
 
 // Condenses the containers and the stock Draco streams of the primitives `ids`, in place. A stream of stock
-// Draco becomes a container of one patch. Everything that a loader decodes stays, and so does all else in the
-// document, except the lists of used extensions, and bounds of accessors that are not those of the decoded
-// values. expand_document restores the streams.
+// Draco becomes a container of one patch. All decoded data stay unchanged, and so does the rest of the
+// document, except the lists of used extensions, and accessor bounds that differ from the decoded values'
+// bounds. expand_document restores the streams.
 //
-// Nothing is condensed that would make the file larger. What counts is what the file gets: the bytes with their
-// padding, and the JSON of extensions and accessors, on one line (GLB) and indented (.gltf). Sequential
-// streams, and primitives that PSPLIT_mesh_draco_patches excludes, stay. Errors: kInvalidInput for a broken
-// container; kRuntimeFailure if a condensed container does not decode to the same mesh, which is a bug.
+// Nothing is condensed that would make the file larger. The comparison counts all bytes of the file: the bytes
+// with their padding, and the JSON of extensions and accessors, on one line (GLB) and indented (.gltf).
+// Sequential streams, and primitives that PSPLIT_mesh_draco_patches excludes, stay. Errors: kInvalidInput for a
+// broken container; kRuntimeFailure if a condensed container does not decode to the same mesh, which is a bug.
 Expected<std::vector<CondensedView>> condense_document(Document& document, std::span<const PrimitiveId> ids,
                                                        const CondenseOptions& options, const ThreadPool& pool);
 

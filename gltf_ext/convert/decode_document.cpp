@@ -32,9 +32,9 @@ void remove_extensions(Document& document, const PrimitiveGroup& group) {
 
 // Decodes the meshes of all groups into one new buffer, laid out as append_buffer_view would after the last
 // buffer. The counts of a container are known before it is decoded, so its mesh is decoded in place. Other
-// meshes, such as those of stock Draco, are decoded first, and copied. If the meshes do not fit into memory,
-// the buffer is a temporary file: containers are decoded window by window, and other meshes one after the
-// other. The latter wait in another file.
+// meshes, such as stock Draco, are decoded first, and copied. If the meshes do not fit into memory, the buffer
+// is a temporary file: containers are decoded window by window, and other meshes one after the other. The
+// latter wait in another file.
 class DocumentDecoder {
  public:
   DocumentDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,

@@ -13,10 +13,10 @@
 namespace psplit {
 
 // Decodes into `mesh`, whose memory is a FileMemory (system/mapped_file.h), by the CPU's decoder. After
-// each window of patches its part of the file and of the container leaves the memory. The memory that this
-// takes is about limit.bytes / 2, or that of one patch if it is more; in addition 4 bytes for each point of a
-// patch's border. Every request must satisfy is_written_as_stored. With `findings`, which has one entry for
-// each stream, the streams are checked as decode_checked says. Errors are those of cpu_backend.
+// each window of patches its part of the file and of the container leaves the memory. This takes about
+// limit.bytes / 2 of memory, or the memory of one patch if that is more; in addition 4 bytes for each point of
+// a patch's border. Every request must satisfy is_written_as_stored. With `findings`, which has one entry for
+// each stream, the streams are checked as decode_checked says. Errors: as cpu_backend.
 Status decode_into_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
                         const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
                         const Progress& progress = {}, std::vector<StreamFindings>* findings = nullptr);

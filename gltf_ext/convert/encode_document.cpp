@@ -27,7 +27,7 @@
 namespace psplit {
 namespace {
 
-// keeps_meshes: the meshes are needed afterwards, as set_position_bounds needs those of .drc files.
+// keeps_meshes: the meshes are needed afterwards; for .drc files set_position_bounds needs them.
 void encode_jobs(std::vector<EncodeJob>& jobs, const EncodeOptions& options, bool keeps_meshes,
                  const ThreadPool& pool, const Progress& progress) {
   size_t faces = 0;
@@ -357,7 +357,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
                              ExpectedGain& gain, EncodeReports& reports) {
   const bool with_fallback = options.fallback == Fallback::kUncompressed;
   const bool is_stock = options.storage == Storage::kOneStream;
-  // Coarse primitives replace those of a whole mesh, so all of it is in patches.
+  // Coarse primitives replace all primitives of a mesh, so the whole mesh is in patches.
   const auto is_stored = [&](const EncodeJob* job) {
     const PrimitiveStorage storage = document.records().primitive(job->group.ids.front()).storage();
     return storage == PrimitiveStorage::kPatches ||

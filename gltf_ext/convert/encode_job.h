@@ -16,7 +16,7 @@ namespace psplit {
 // The reports of all primitives of a document while it is encoded.
 using EncodeReports = std::map<PrimitiveId, PrimitiveReport>;
 
-// Which meshes share grids: those of one group.
+// Meshes of one group share grids.
 struct GridGroups {
   QuantizationVolume volume = QuantizationVolume::kMesh;
   std::map<size_t, size_t> joined{};  // the group of meshes that share a geometry with others

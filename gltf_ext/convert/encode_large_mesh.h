@@ -16,10 +16,10 @@ namespace psplit {
 // How a mesh file is read (read_spool) that encode_document gets with these options.
 SpoolOptions spool_options(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits);
 
-// Encodes the large primitives, one after the other. The bytes of their jobs are in temporary files. Those that
-// have nothing to encode are added to selected.skipped. `forget` is called when the values of one of them are
-// not read any more; `progress` counts faces. Errors: those of CellParts and encode_parts; kUnsupported for
-// morph targets; kUsage if the memory does not suffice for the number of points.
+// Encodes the large primitives, one after the other. The bytes of their jobs are in temporary files. Primitives
+// without anything to encode are added to selected.skipped. `forget` is called when the values of a primitive
+// are no longer read; `progress` counts faces. Errors: as CellParts and encode_parts; kUnsupported for morph
+// targets; kUsage if the memory does not suffice for the number of points.
 Expected<std::vector<EncodeJob>> encode_large_primitives(const Document& document,
                                                          const EncodeDocumentOptions& options,
                                                          SelectedPrimitives& selected,

@@ -28,8 +28,8 @@ class JoinedBlocks {
   std::vector<uint8_t> bytes_;
 };
 
-// Of these accessors, those that say the same become one: all references are to the first. Returns the others,
-// which have no data any more. None may be among them that unknown data name.
+// Joins accessors that are equal: all references then name the first. Returns the others, which no longer have
+// data. Unknown data must not name any of these accessors.
 std::vector<int64_t> share_accessors(Document& document, std::span<const int64_t> accessors);
 
 }  // namespace psplit

@@ -10,9 +10,9 @@
 
 namespace psplit {
 
-// By how many bytes the JSON of a GLB grows if these jobs, which are encoded, are stored; negative if it gets
-// shorter. The lists of extensions are not counted. The number is near to what is written: it is not known
-// which digits numbers of new objects have.
+// The number of bytes by which the JSON of a GLB grows if these encoded jobs are stored; negative if it becomes
+// shorter. The lists of extensions are not counted. The number is an estimate, because the digits of new
+// objects' indices are unknown.
 int64_t json_growth(const Document& document, const GeometryOwners& owners,
                     std::span<const EncodeJob* const> jobs);
 

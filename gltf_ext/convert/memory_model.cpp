@@ -13,7 +13,7 @@ struct Factors {
 Factors factors_of(MemoryUse use) {
   // 40 of them for meshes that are encoded both as patches and as one stream.
   constexpr uint64_t kEncodedFace = 140;
-  constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond what is free again by then
+  constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond the memory that is free again by then
   switch (use) {
     case MemoryUse::kEncode: return {2, kEncodedFace, 5};
     case MemoryUse::kEncodeWithCoarse: return {2, kEncodedFace + kCoarseFace, 5};

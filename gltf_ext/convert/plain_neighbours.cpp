@@ -115,7 +115,7 @@ class PlainRounder {
     return (at_a < end_b && at_b < end_a) || end_a > stride + at_b || end_b > stride + at_a;
   }
 
-  // Whether the elements are in a buffer view, and share no bytes with those of another accessor.
+  // Whether the elements are in a buffer view, and share no bytes with another accessor's elements.
   bool has_own_bytes(int64_t index) {
     const AssetRecords& records = document_.records();
     const AccessorRecord& own = records.accessor(index);

@@ -14,9 +14,9 @@ namespace psplit {
 // By the group of primitives that share grids (GridGroups): the grid of positions.
 std::map<size_t, AttributeCoding> position_grids(std::span<EncodeJob> jobs, const GridGroups& groups);
 
-// Rounds the positions of primitives that stay plain to the grid of their group, so that surfaces which touched
-// do so afterwards. Values are replaced where they are stored; if other objects use them, too, they get new
-// places. Positions that are compressed, or no floats, stay: a warning says so if boxes of both meet.
+// Rounds the positions of primitives that stay plain to the grid of their group, so that surfaces that touched
+// still touch. Values are replaced in place; if other objects use them as well, the new values are stored
+// elsewhere. Positions that are compressed, or not floats, stay: a warning says so if boxes of both meet.
 // `origins` are the primitives of the input from which those of `output` come.
 Status round_plain_neighbours(Document& output, std::span<const PrimitiveId> origins,
                               std::span<const EncodeJob> jobs, const GridGroups& groups,

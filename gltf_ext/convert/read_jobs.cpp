@@ -61,7 +61,7 @@ std::vector<KeptMesh> kept_meshes(const Document& document, const SkippedPrimiti
   return kept;
 }
 
-// Bits that are to be chosen by edges or errors are not those of the input.
+// If bits are to be chosen by edges or errors, the input's bits are not kept.
 void note_stated_grids(const Document& document, const EncodeDocumentOptions& options,
                        std::vector<EncodeJob>& jobs, const ThreadPool& pool) {
   if (options.lossless) return;
@@ -190,8 +190,8 @@ bool is_zero(const MorphAttribute& morph) {
   return elements_that_are_not_zero(morph.data, ZeroSign::kIgnored).empty();
 }
 
-// Moves morph targets to the attributes of meshes that get containers, and of those that share their grids:
-// what touches moves alike. Of floats, plan() finds the grids.
+// Moves morph targets to the attributes of meshes that get containers, and of meshes that share their grids, so
+// that touching surfaces move alike. plan() finds the grids of floats.
 void move_targets_to_meshes(const Document& document, std::vector<EncodeJob>& jobs, const GridGroups& groups,
                             const EncodeDocumentOptions& options) {
   if (options.morph_targets == MorphTargets::kKeep || options.morph_targets == MorphTargets::kSparse ||

@@ -30,8 +30,8 @@ struct RestColumn {
   size_t width = 0;             // the bytes of an element, with those that pad it in a view of vertices
   size_t row = 0;               // the bytes of a row
   std::vector<uint8_t> values;  // whole elements, without gaps
-  // Nothing if the values have to stay exact, or if the filter's error is larger than what is stated: half the
-  // step of multiples, and for each component of a rotation 3 half steps.
+  // Empty if the values must stay exact, or if the filter's error exceeds the allowed one: half a step for
+  // multiples, and 3 half steps for each component of a rotation.
   std::optional<FilteredRows> filtered{};
 };
 

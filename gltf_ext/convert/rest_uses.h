@@ -42,8 +42,8 @@ struct RestUse {
   friend bool operator==(const RestUse&, const RestUse&) = default;
 };
 
-// By the index of the accessor. Left out are those that unknown data may name, that only a fallback or coarse
-// primitives use, and that are used in ways which do not go together.
+// By the index of the accessor. Accessors are left out if unknown data may name them, if only a fallback or
+// coarse primitives use them, or if their uses are incompatible.
 std::map<int64_t, RestUse> rest_uses(const Document& document, const EncodeDocumentOptions& options,
                                      const ThreadPool& pool);
 

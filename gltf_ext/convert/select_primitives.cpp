@@ -84,7 +84,7 @@ class SharedWithOthers {
 
   Status check(const PrimitiveGroup& group) const {
     std::set<size_t> grids;
-    size_t users = 0;  // with those of the group
+    size_t users = 0;  // including the group's own
     for (const PrimitiveId id : group.ids)
       if (grids.insert(grid_of(id)).second) users += users_of_grids_.at(grid_of(id));
     if (volume_ != QuantizationVolume::kPrimitive && users != group.ids.size())

@@ -93,7 +93,7 @@ std::vector<uint8_t> stored_values(const ValuesView& data, int target) {
   return bytes;
 }
 
-// The views and accessors that replace those of the targets.
+// The views and accessors that replace the targets'.
 class NewTargets {
  public:
   // `first_view`: the number of views that the document has.
@@ -173,7 +173,7 @@ void make_targets_sparse(Document& document, ZeroSign sign) {
   std::set<std::string> texts;  // equal accessors become one
   for (const int64_t index : targets.accessors) {
     const Expected<AccessorData> data = read_accessor(document, index);
-    if (!data) return;  // who needs it says what is wrong
+    if (!data) return;  // its readers report the error
     Json accessor = added.describe(json_of("accessors", index), *data, sign);
     before += json_line(json_of("accessors", index)).size();
     if (const auto [text, is_new] = texts.insert(json_line(accessor)); is_new) after += text->size();

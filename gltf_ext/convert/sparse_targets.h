@@ -7,10 +7,10 @@
 namespace psplit {
 
 // Stores the morph targets of all primitives as sparse accessors where that takes fewer bytes. An accessor
-// whose elements are all zero gets no data. Targets share a few buffer views, and those that are equal an
-// accessor: hundreds of targets would have more JSON than data. Accessors and views that something else uses
-// too, that unknown data may name, or that meshoptimizer compressed stay; and all of them if the asset would
-// grow.
+// whose elements are all zero gets no data. Targets share a few buffer views, and equal targets share an
+// accessor: otherwise hundreds of targets would have more JSON than data. Accessors and views that something
+// else uses too, that unknown data may name, or that meshoptimizer compressed stay; and all of them if the
+// asset would grow.
 void make_targets_sparse(Document& document, ZeroSign sign);
 
 // Morph targets of all primitives: of equal primitives once.

@@ -12,8 +12,8 @@ struct StatedBytes {
   uint64_t stored = 0;   // of the container, or of the stream of stock Draco
   uint64_t decoded = 0;  // of the buffer views that decoding makes of it
 
-  // Whether decoding in memory takes no more than the limit: what is stored, what is decoded, and once more
-  // what is decoded from stock Draco, or the copies of points at the borders of patches.
+  // Whether decoding in memory stays within the limit. It takes the stored bytes, the decoded bytes, and in
+  // addition the bytes decoded from stock Draco, or the copies of points at the borders of patches.
   bool fit_into(const MemoryLimit& limit) const { return limit.allows(stored + 2 * decoded); }
 };
 

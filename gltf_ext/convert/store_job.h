@@ -14,8 +14,8 @@ Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGr
                  const EncodeDocumentOptions& options, const OutOfCoreOptions& limits, const ThreadPool& pool,
                  PrimitiveEditor& editor);
 
-// Lists the extensions of jobs that were stored: groups[i] are those of jobs[i]. Call once, because it reads
-// the whole JSON: the extension is required if a primitive has no fallback.
+// Lists the extensions of jobs that were stored: groups[i] belongs to jobs[i]. Call once, because it reads the
+// whole JSON: the extension is required if a primitive has no fallback.
 void list_stored(Document& document, std::span<const EncodeJob> jobs,
                  std::span<const std::vector<PrimitiveGroup>> groups);
 

@@ -14,10 +14,10 @@ namespace psplit {
 // The sets of texture coordinates that textures read, and the largest factor of KHR_texture_transform for each.
 using TextureReads = std::map<int64_t, double>;
 
-// Adds those that textures in a tree of JSON read. Whatever has an index may be one.
+// Adds the sets that textures in a tree of JSON read. Any object with an index may be a texture.
 void collect_texture_reads(const Json& tree, TextureReads& reads);
 
-// The materials of the primitive, and those of its variants.
+// The materials of the primitive and of its variants.
 std::set<int64_t> materials_of(const Json& primitive);
 
 // For TEXCOORD_n: the largest factor with which a material of one of the primitives enlarges it. At least 1.

@@ -22,7 +22,8 @@ struct Finding {
   // Or kUnsupported: this decoder cannot tell whether it is valid. All other codes are of failures that say
   // nothing about the asset, such as a full disk.
   StatusCode code = StatusCode::kInvalidInput;
-  // Whether this rule is only the validator's: decode_document corrects what is wrong, or does not need it.
+  // Whether only the validator checks this rule: decode_document corrects its violations, or does not depend on
+  // it.
   bool only_validated = false;
 
   bool is_refused() const { return error && !only_validated; }
