@@ -86,7 +86,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& mesh, Span<const AttributeCoding> 
 ReducedMesh reduce(const MeshToEncode& mesh, const EncodeOptions& options, const ThreadPool& pool);
 
 // The patches of a piece in memory, or its lone stream as the only one. The bytes must outlive the result.
-// Errors: those of open_container; the refusal of a stream that has no fields to condense.
+// Errors: as for open_container; the refusal of a stream that has no fields to condense.
 Expected<PatchContainer> open_piece(const EncodedPiece& piece);
 
 }  // namespace psplit

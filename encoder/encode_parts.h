@@ -48,7 +48,7 @@ struct PartsOptions {
 
 // `codings` has one entry per attribute. Each part is decoded from the bytes that were written, for the bounds
 // and to verify it. The result is byte-identical for any number of threads, and the container of a single part
-// is that of encode_mesh with the same number of patches. Errors: those of encode_mesh, of `parts` and of the
+// is that of encode_mesh with the same number of patches. Errors: as for encode_mesh, `parts` and the
 // spills, with the part in the message and the patch as their place; kUnsupported if a part alone exceeds the
 // limits of a container.
 Expected<EncodedMesh> encode_parts(MeshParts& parts, Span<const AttributeCoding> codings,
