@@ -33,7 +33,7 @@ class CellParts : public MeshParts {
     // a point then nor points that no face uses.
     bool keep_duplicates = false, keep_degenerate = false, keep_unused = false;
   };
-  // Forgets `mesh` once its values are in temporary files. Errors: those of the files, kUnsupported if the mesh
+  // Forgets `mesh` once its values are in temporary files. Errors: as for the files, kUnsupported if the mesh
   // cannot be divided so, or if all faces are degenerate.
   static Expected<std::unique_ptr<CellParts>> make(const LargeMesh& mesh, const Options& options,
                                                    const ThreadPool& pool);

@@ -35,7 +35,7 @@ class CellTree {
 
   // Divides each cell of more than most_points[cell] points into cells of at most this number. Counts the
   // points on grids, several scans one after the other if a cell of a grid has too many. The memory is that of
-  // a few grids. Errors: those of the scan; kUnsupported if too many points have one position, or if there
+  // a few grids. Errors: as for the scan; kUnsupported if too many points have one position, or if there
   // would be more than kMostCells.
   Status divide(std::span<const uint64_t> most_points, const PositionScan& scan);
 

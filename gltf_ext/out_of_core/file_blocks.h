@@ -35,7 +35,7 @@ class AppendFile : public Spill {
   // Replaces bytes that were flushed.
   Status rewrite(uint64_t offset, std::span<const uint8_t> bytes) { return file_.write(offset, bytes); }
   const UnnamedFile& file() const { return file_; }
-  // All bytes. The space is theirs: nothing else is called after that. Errors: those of the file.
+  // All bytes. The space is theirs: nothing else is called after that. Errors: as for the file.
   Expected<MappedFile> map();
   void close() { *this = AppendFile(); }
 

@@ -49,7 +49,7 @@ class MeshSpool : public MeshSink, public FacetSink {
 
   // Call it after everything was added. The document has one primitive, with the material of that number, in
   // the first object of `file` or in one that is named as the only solid. NORMAL is missing if no normal has a
-  // direction. Errors: those of the files; kUnsupported without faces, or if an accessor cannot count them.
+  // direction. Errors: as for the files; kUnsupported without faces, or if an accessor cannot count them.
   Expected<Document> finish(MeshFile file, int64_t material);
 
  private:

@@ -21,8 +21,8 @@ using CheckSizes = std::function<Status(const ExpectedSizes& sizes, bool is_cert
 
 // Reads the file to its end. The document (Document::spooled) has one mesh of one primitive, with the values
 // that read_asset gives. Facets of an STL have no common points and no indices, and its solids share the mesh.
-// Corners of an OBJ are one point as long as they follow each other soon. Errors: those of the readers, of
-// MeshSpool, of `check` and of obj_spool.h; kUnsupported for other formats.
+// Corners of an OBJ are one point as long as they follow each other soon. Errors: as for the readers,
+// MeshSpool, `check` and obj_spool.h; kUnsupported for other formats.
 Expected<Asset> read_spool(Scanner& scanner, AssetFormat format, const std::filesystem::path& source,
                            SpoolOptions options, const CheckSizes& check = {},
                            const ThreadPool& pool = ThreadPool(1));

@@ -49,7 +49,7 @@ inline constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
 // The values of an accessor that exists. Errors: kInvalidInput if it would have more zeros than that, or if a
 // sparse index is past its end; kUnsupported if its bytes are missing (buffer_view_bytes).
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);
-// Only `count` values from `first` on, which must exist. Errors are those of the whole accessor.
+// Only `count` values from `first` on, which must exist. Errors: as for the whole accessor.
 Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count);
 
 // The values where they are, in the document's buffer. kUnsupported if they are not stored as such: a sparse

@@ -35,7 +35,7 @@ struct MeshInFile {
   FileMemory memory;
   LaidOutMesh laid_out;
 };
-// Room for a mesh; its bytes are zeros. Errors: those of the file.
+// Room for a mesh; its bytes are zeros. Errors: as for the file.
 Expected<MeshInFile> lay_out_in_file(std::span<const AttributeRequest> requests, uint32_t point_count,
                                      uint32_t face_count, const std::filesystem::path& folder);
 
