@@ -17,7 +17,7 @@ enum class AssetFormat { kGltf, kDraco, kPly, kObj, kStl, kOff };
 std::optional<AssetFormat> format_of(Scanner& scanner, const std::filesystem::path& source);
 
 // A scanner of the stream, unpacked if it is gzip, and without the byte order mark that some programs write
-// before UTF-8. Errors: those of the stream, kInvalidInput if it is empty, kUnsupported for text in UTF-16 or
+// before UTF-8. Errors: as for the stream, kInvalidInput if it is empty, kUnsupported for text in UTF-16 or
 // UTF-32.
 Expected<Scanner> open_scanner(std::unique_ptr<ByteStream> stream);
 

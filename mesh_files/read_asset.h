@@ -59,7 +59,7 @@ struct SpooledBytes {
   MappedFile bytes;
 };
 
-// Reads the rest of the stream, unpacked if it is gzip. Errors: those of the stream and of the file.
+// Reads the rest of the stream, unpacked if it is gzip. Errors: as for the stream and the file.
 Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder);
 
 }  // namespace psplit
