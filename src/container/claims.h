@@ -11,7 +11,7 @@ namespace psplit {
 // kVersion and kRequest are kUnsupported, all others are kInvalidInput.
 Status status_of(core::Fault fault);
 
-// Errors: those of status_of, and kInvalidInput for counts that the stream's bytes do not justify.
+// Errors: as for status_of, and kInvalidInput for counts that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
 // The same for a stream of a container, of either kind. Compares it with the stream's row too, and with the

@@ -22,7 +22,7 @@ struct CheckedMesh {
 };
 
 // Decodes like cpu_backend, and checks each stream. Keeps the values of all copies until the end. `container`
-// comes from open_container. Errors are those of cpu_backend.
+// comes from open_container. Errors: as for cpu_backend.
 Expected<CheckedMesh> decode_checked(const PatchContainer& container,
                                      std::span<const AttributeRequest> requests, const ThreadPool& pool);
 

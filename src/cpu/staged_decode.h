@@ -39,7 +39,7 @@ struct StagedInput {
 };
 
 // Decodes all patches one after the other or, with `in_step`, as many at a time as src/cpu does and the rest
-// alone. Errors: those of the core.
+// alone. Errors: as for the core.
 Status decode_with_core(StagedInput& input, bool in_step, StageTimes& times);
 
 }  // namespace psplit
