@@ -48,7 +48,7 @@ Status write_file(const std::filesystem::path& path, const std::function<bool(st
 // The same for a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
-// Makes a folder and those above it, unless they exist. Errors: those of io_error.
+// Makes a folder and those above it, unless they exist. Errors: as for io_error.
 Status make_folders(const std::filesystem::path& folder);
 
 // What two paths of one file have in common: its whole path without links, as the file system compares names.

@@ -16,7 +16,7 @@ class UnnamedFile;
 // cannot map the file, its bytes are read.
 class MappedFile {
  public:
-  // The whole of a regular file, or its first `limit` bytes if it is longer. Errors: those of read_file.
+  // The whole of a regular file, or its first `limit` bytes if it is longer. Errors: as for read_file.
   static Expected<MappedFile> open(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
 
   // The bytes that were written to a temporary file, whose space is given back with the last copy. Empty if
@@ -40,7 +40,7 @@ class MappedFile {
 // The file has no name, so that it disappears with the process. Copies share it.
 class FileMemory {
  public:
-  // Takes the space at once. Errors: those of io_error, such as a full disk.
+  // Takes the space at once. Errors: as for io_error, such as a full disk.
   static Expected<FileMemory> create(const std::filesystem::path& folder, uint64_t bytes);
 
   Span<uint8_t> bytes() const { return bytes_; }

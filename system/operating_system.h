@@ -57,7 +57,7 @@ Status path_error(const std::string& what, const std::filesystem::path& path, co
   return {status.code(), status.message() + length_hint(path)};
 }
 
-// Renames a file, which may be open, also if `to` exists and is in use. Errors: those of io_error; kMayPass if
+// Renames a file, which may be open, also if `to` exists and is in use. Errors: as for io_error; kMayPass if
 // another process keeps the file from being replaced. Then `to` is as it was, or the message tells its name.
 Status replace_file(const std::filesystem::path& from, const std::filesystem::path& to);
 // Gives a file a name that no file has; errc::file_exists if one has it. The old name may stay beside it.
@@ -75,7 +75,7 @@ void remove_if_unlocked(const std::filesystem::path& path, const std::function<b
 // Writes the file's data to the disk, so that it survives a power failure. False after an error, with its
 // errno.
 bool sync_to_disk(std::FILE* file);
-// The same for the names in a folder. Errors: those of io_error.
+// The same for the names in a folder. Errors: as for io_error.
 Status sync_to_disk(const std::filesystem::path& folder);
 
 // Whether a file name matches a pattern of *, ? and []. A pattern that begins with one of these matches no
@@ -112,12 +112,12 @@ class UnnamedFile {
   }
   ~UnnamedFile() { close(); }
 
-  // Errors: those of io_error.
+  // Errors: as for io_error.
   static Expected<UnnamedFile> create(const std::filesystem::path& folder);
-  // Writes at any offset; bytes between the old end and the offset are zeros. Errors: those of io_error, and
+  // Writes at any offset; bytes between the old end and the offset are zeros. Errors: as for io_error, and
   // kMayPass for the limit on a file's size.
   Status write(uint64_t offset, std::span<const uint8_t> bytes);
-  // Reads bytes that were written. Errors: those of io_error.
+  // Reads bytes that were written. Errors: as for io_error.
   Status read(uint64_t offset, std::span<uint8_t> to) const;
   // A name by which this process can open the file until it is closed. Empty if the system has no such names.
   std::filesystem::path path() const;
@@ -139,10 +139,10 @@ class UnnamedFile {
 // installs its own handler for SIGBUS while a file is mapped; a read(2) into or from such memory returns EFAULT
 // instead.
 std::span<const uint8_t> map_file(const std::filesystem::path& path);
-// The same for a temporary file, which may be closed then. Errors: those of io_error.
+// The same for a temporary file, which may be closed then. Errors: as for io_error.
 Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
 // Gives an empty file `bytes` zeros and maps them for reading and writing; the file may be closed then. The
-// space is taken at once. Errors: those of io_error.
+// space is taken at once. Errors: as for io_error.
 Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes);
 // Takes what map_file or map_space returned.
 void unmap_file(std::span<const uint8_t> bytes);
@@ -160,7 +160,7 @@ class LockedLog {
   LockedLog& operator=(const LockedLog&) = delete;
 
   // Creates the file if it does not exist. Waits up to two seconds for an owner that is about to end. False if
-  // another process then still owns the file. Errors: those of io_error.
+  // another process then still owns the file. Errors: as for io_error.
   Expected<bool> open(const std::filesystem::path& path);
   // Opens the file for a process that works for its owner. The lock stays the owner's. Errors: those of
   // io_error.
@@ -169,9 +169,9 @@ class LockedLog {
   void resume();
   // Writes lines in one call, so that a kill damages the last line at most. A line that could only be written
   // in part is ended by the next call. A power failure loses what was appended in the last second, or since the
-  // last `sync`. Errors: those of io_error.
+  // last `sync`. Errors: as for io_error.
   Status append(std::string_view lines);
-  // Waits until all lines are on the disk. Errors: those of io_error.
+  // Waits until all lines are on the disk. Errors: as for io_error.
   Status sync();
 
  private:
@@ -193,10 +193,10 @@ class GroupLock {
   GroupLock& operator=(const GroupLock&) = delete;
 
   // Joins the group that is named so; the file keeps the name. False if processes of another group hold the
-  // file for two seconds. Errors: those of io_error.
+  // file for two seconds. Errors: as for io_error.
   Expected<bool> join(const std::filesystem::path& path, const std::string& group);
   // Holds the file alone. Returns the name of the last group that held it, or nothing if a process holds it for
-  // two seconds. Errors: those of io_error.
+  // two seconds. Errors: as for io_error.
   Expected<std::optional<std::string>> take(const std::filesystem::path& path);
 
  private:

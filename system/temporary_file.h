@@ -27,7 +27,7 @@ class TemporaryFile {
   std::FILE* file() const { return file_; }
   const std::filesystem::path& path() const { return path_; }
 
-  // The file must have been flushed. Errors: those of replace_file.
+  // The file must have been flushed. Errors: as for replace_file.
   Status rename_to(const std::filesystem::path& target);
   // The same, but fails with file_exists if the name is taken.
   std::error_code rename_to_new(const std::filesystem::path& target);

@@ -14,7 +14,7 @@ namespace psplit {
 
 class TextLines {
  public:
-  // "-" is stdin. Errors: those of io_error.
+  // "-" is stdin. Errors: as for io_error.
   static Expected<TextLines> open(const std::filesystem::path& path);
   // From the position of a file that is open, and that stays the caller's.
   static TextLines of(std::FILE* file);

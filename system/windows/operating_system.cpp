@@ -148,7 +148,7 @@ SystemHandle duplicate(HANDLE handle) {
 }
 
 // Maps a file and enters it. The file stays open for as long, because a temporary file ends with its last
-// handle. Errors: those of io_error.
+// handle. Errors: as for io_error.
 Expected<std::span<uint8_t>> map_and_enter(SystemHandle file, uint64_t bytes, bool writes,
                                            const fs::path& name) {
   if (file == nullptr) return failure(name);
