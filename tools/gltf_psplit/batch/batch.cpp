@@ -65,7 +65,7 @@ class Items {
   // Names what all shards together work on, once all items were read.
   std::string plan() const { return plan_.hex(); }
 
-  // Nothing at the end. Errors: those of Manifest::next.
+  // Nothing at the end. Errors: as for Manifest::next.
   Expected<std::optional<PlannedItem>> next() {
     if (!manifest_)
       return next_ < planned_.size() ? std::optional(PlannedItem{planned_[next_++]}) : std::nullopt;

@@ -26,7 +26,7 @@ struct OutputHash {
   std::string hash;
   Document document;
 };
-// Errors: those of read_document.
+// Errors: as for read_document.
 Expected<OutputHash> hash_output(const std::filesystem::path& path);
 
 // The folder below the output folder that holds the records and the reports of all shards.
@@ -74,7 +74,7 @@ class BatchRecord {
   // The newest line that says that the output was made from `made_from`, as it was when the record was loaded.
   // Null if there is none.
   Json line(const std::string& name, const std::string& made_from) const;
-  // The newest line about each output that was written and not removed since. Errors: those of io_error.
+  // The newest line about each output that was written and not removed since. Errors: as for io_error.
   Status for_each_written(const std::function<void(const Json& line)>& visit) const;
   // The folders of outputs whose writing was begun and not ended: a kill may have left temporary files there.
   // Relative to the output folder.
@@ -117,7 +117,7 @@ class BatchRecord {
 };
 
 // Joins the files of all shards into one, and keeps only the newest facts about each asset. The caller holds
-// the division's file alone. Errors: those of io_error.
+// the division's file alone. Errors: as for io_error.
 Status merge_records(const std::filesystem::path& folder);
 // The file that shards of one count hold together (GroupLock).
 std::filesystem::path division_file(const std::filesystem::path& folder);

@@ -88,12 +88,12 @@ class BatchTally {
 // The rows of a run, a line each, kept in a file until the report is written.
 class BatchRows {
  public:
-  // A new file at `path`, or one without a name if `path` is empty. Errors: those of io_error.
+  // A new file at `path`, or one without a name if `path` is empty. Errors: as for io_error.
   Status create(const std::filesystem::path& path);
-  // The file of an earlier run. Errors: those of io_error.
+  // The file of an earlier run. Errors: as for io_error.
   Status open(const std::filesystem::path& path);
 
-  // The row is in the file when the call returns, so that a kill loses none. Errors: those of io_error.
+  // The row is in the file when the call returns, so that a kill loses none. Errors: as for io_error.
   Status add(const Json& row);
   // Marks the end of a run that no signal stopped. `plan` names what all shards of the run worked on.
   Status add_end(double wall_ms, const std::string& plan);
@@ -107,7 +107,7 @@ class BatchRows {
 };
 
 // Writes `head`, with the rows as its member "assets", to a file or to stdout ("-"). `for_each_row` calls its
-// argument, which returns false after an error, with each row. Errors: those of io_error.
+// argument, which returns false after an error, with each row. Errors: as for io_error.
 using RowVisitor = std::function<bool(std::string_view row)>;
 Status write_batch_report(const std::string& path, const Json& head,
                           const std::function<void(const RowVisitor&)>& for_each_row,

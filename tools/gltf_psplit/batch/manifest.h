@@ -32,7 +32,7 @@ Json to_json(const BatchItem& item);
 // below the output folder.
 Expected<BatchItem> item_of(const Json& json);
 
-// "<32 hexadecimal digits>" of a file's bytes. Errors: those of read_file.
+// "<32 hexadecimal digits>" of a file's bytes. Errors: as for read_file.
 Expected<std::string> hash_file(const std::filesystem::path& path);
 
 // The first line of a plan: {"gltf_psplit_plan": 1, "version", "options", "count"}. A manifest from elsewhere
@@ -43,7 +43,7 @@ struct ManifestHead {
   uint64_t count = 0;                // of assets
 };
 
-// Appears whole or not at all; "-" is stdout. Errors: those of io_error.
+// Appears whole or not at all; "-" is stdout. Errors: as for io_error.
 Status write_manifest(const std::filesystem::path& path, const ManifestHead& head,
                       std::span<const BatchItem> items, IfReadOnly if_read_only = IfReadOnly::kFail);
 
@@ -56,12 +56,12 @@ struct ManifestLine {
 
 class Manifest {
  public:
-  // Errors: those of io_error; kInvalidInput for a first line that is neither an asset nor a head that is
+  // Errors: as for io_error; kInvalidInput for a first line that is neither an asset nor a head that is
   // understood.
   static Expected<Manifest> open(const std::filesystem::path& path);
 
   const std::optional<ManifestHead>& head() const { return head_; }
-  // The next line that is not empty; nothing at the end. Errors: those of io_error; kInvalidInput at the end of
+  // The next line that is not empty; nothing at the end. Errors: as for io_error; kInvalidInput at the end of
   // a plan that has fewer or more lines than its head says.
   Expected<std::optional<ManifestLine>> next();
 

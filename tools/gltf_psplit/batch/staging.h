@@ -33,7 +33,7 @@ class StagingFolder {
   StagingFolder(const StagingFolder&) = delete;
   StagingFolder& operator=(const StagingFolder&) = delete;
 
-  // Makes "gltf-psplit-staged-<random digits>" in `place`. Errors: those of io_error.
+  // Makes "gltf-psplit-staged-<random digits>" in `place`. Errors: as for io_error.
   Status open(const std::filesystem::path& place);
   const std::filesystem::path& path() const { return path_; }
 
@@ -51,7 +51,7 @@ class StagedAsset {
   StagedAsset(const StagedAsset&) = delete;
   StagedAsset& operator=(const StagedAsset&) = delete;
 
-  // Makes the folder. Errors: those of io_error.
+  // Makes the folder. Errors: as for io_error.
   Status open();
   // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if
   // the command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no

@@ -113,7 +113,7 @@ class PlyWriter {
 
 // Writes little-endian PLY: x y z and, if the shape has normals, nx ny nz as floats; faces as a uchar 3 and
 // three ints. The file appears whole or not at all (system/files.h). It must be a regular file, because
-// points and faces are written to two places alternately. `progress` counts faces. Errors: those of write_file.
+// points and faces are written to two places alternately. `progress` counts faces. Errors: as for write_file.
 Status write_ply(const std::string& path, const ShapeStream& shape, bool normals, const ThreadPool& pool,
                  const Progress& progress, IfReadOnly if_read_only) {
   const std::string header = header_text(shape, normals);

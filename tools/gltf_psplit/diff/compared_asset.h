@@ -26,7 +26,7 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit);
 
 // Reads an asset into memory. With `limit`, patches, mesh files (PLY, STL) and the content of pipes are put
 // into temporary files, and plain accessors stay where they are; only what has no such form is in memory: other
-// streams, lines, points, morph targets. `origin` is for mesh files. Errors: those of reading.
+// streams, lines, points, morph targets. `origin` is for mesh files. Errors: as for reading.
 Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
                                       const MemoryLimit* limit, const Session& session,
                                       const OriginChoice& origin);
@@ -48,7 +48,7 @@ Expected<PositionSpread> spread_of_scene(const Document& document, const AssetMe
 // uses it, and all together form one whole. Positions, normals and tangents are transformed by the node and its
 // parents. Morph targets are left out; skins, animations and EXT_mesh_gpu_instancing are ignored. Quantization
 // grids are scaled with the values and widened by float rounding. Positions are floats relative to `origin`.
-// Errors: those of scene_instances; kUnsupported if the scene repeats its meshes too often.
+// Errors: as for scene_instances; kUnsupported if the scene repeats its meshes too often.
 Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& asset,
                                    const PrecisePosition& origin);
 

@@ -27,7 +27,7 @@ DeclaredGrid grid_of(const StreamAttribute& attribute) {
 }
 
 // The grids of the quantized attributes of a compressed primitive, by semantic, as its streams state them.
-// Empty for a plain primitive. Errors: those of `describe`, kInvalidInput.
+// Empty for a plain primitive. Errors: as for `describe`, kInvalidInput.
 Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& document, PrimitiveId id,
                                                              const DescribeStream& describe,
                                                              const ThreadPool& pool) {

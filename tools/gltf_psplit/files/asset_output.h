@@ -31,7 +31,7 @@ Expected<Document> read_for_output(const std::string& input, const std::string& 
                                    const std::string& backend = "auto", const std::filesystem::path& spool = {},
                                    OutputForms forms = OutputForms::kGltf,
                                    PointClouds clouds = PointClouds::kRefuse, const OriginChoice& origin = {});
-// Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
+// Writes the document, and logs what `written` then reports. Errors: as for write_document, with the file.
 Status write_asset(const Document& document, const std::string& output, WriteOptions options,
                    const Session& session, WriteReport& written);
 // Writes the JSON of --report with what append_written adds. kUsage if that would replace a written file.

@@ -30,7 +30,7 @@ AssetBytes bytes_on_disk(const std::string& path, const Expected<Json>& json);
 AssetBytes bytes_on_disk(const Document& document);
 
 // The JSON of an asset. Of a GLB, only the header and the JSON chunk are read; of a file that begins neither
-// like a GLB nor like JSON, only the first bytes. Errors: those of read_file and parse_json.
+// like a GLB nor like JSON, only the first bytes. Errors: as for read_file and parse_json.
 Expected<Json> read_asset_json(const std::string& path);
 
 // The sizes of an input and of its output.
