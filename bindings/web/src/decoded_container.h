@@ -30,7 +30,7 @@ class DecodedContainer {
     kWhole,
     kOutline,  // of a container without memory for its streams: for choose()
   };
-  // Opens a container. Any bytes may be given. Errors are those of open_container.
+  // Opens a container. Any bytes may be given. Errors: as for open_container.
   static Expected<std::unique_ptr<DecodedContainer>> open(std::unique_ptr<uint8_t[]> bytes, size_t size,
                                                           Arrival arrival);
 
@@ -55,7 +55,7 @@ class DecodedContainer {
   void request(AttributeRequest request) { requests_.push_back(std::move(request)); }
 
   // Takes the memory for a range, and decodes the values at borders of its streams that have arrived. The range
-  // has at least one stream, and ends where the container ends at the latest. Errors are those of the CPU's
+  // has at least one stream, and ends where the container ends at the latest. Errors: as for the CPU's
   // backend for all streams.
   Status begin(StreamRange range);
   // Decodes the next streams of the range that have arrived, and resolves their references if it can. Returns
