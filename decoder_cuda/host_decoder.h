@@ -24,7 +24,7 @@ class HostDecoder {
     decoder_.set_memory_limit(limit_ - limit_ / 2);
   }
 
-  // DecodeBackend::decode_into. Errors: those of BatchDecoder::finish. Reports progress in tasks, and looks
+  // DecodeBackend::decode_into. Errors: as for BatchDecoder::finish. Reports progress in tasks, and looks
   // before each batch whether to stop.
   std::vector<Status> decode_into(Span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                   const ThreadPool& pool, const Watch& watch) {
