@@ -60,8 +60,8 @@ Expected<std::vector<uint8_t>> encode_sequentially(const WeldedMesh& welded, con
 
 // The rows of the directory. Errors: kUnsupported.
 Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching);
-// The same for streams without a container: a stream counts the points that were not known before it as its
-// own, as in a container. `is_known` has 1 for such points of the mesh.
+// Makes the entries of streams without a container: a stream counts the points that were not known before it as
+// its own, as in a container. `is_known` has 1 for such points of the mesh.
 Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std::vector<uint8_t> is_known);
 
 // Compares decoded streams that are stored without a container with `mesh` (verify_mesh), and raises

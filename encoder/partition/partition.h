@@ -39,7 +39,7 @@ struct Partition {
 // never on the number of threads. Two calls may share one pool.
 Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool);
-// The same, which frees the faces as soon as it can.
+// An overload that frees the faces as early as possible.
 Partition partition_faces(std::vector<std::array<uint32_t, 3>>&& faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool);
 
