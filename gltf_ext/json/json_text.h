@@ -19,7 +19,8 @@ Expected<Json> parse_json(std::string_view text);
 
 // JSON on one line. Bytes that are not UTF-8 become U+FFFD.
 std::string json_line(const Json& json);
-// The same with a line for each value, indented by 2 spaces a level, and without a last newline.
+// The text of the JSON with a line for each value, indented by 2 spaces for each level, and without a last
+// newline.
 std::string json_lines(const Json& json);
 
 // Whether a text is valid UTF-8, which JSON requires.

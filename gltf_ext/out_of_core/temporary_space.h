@@ -21,8 +21,8 @@ struct ExpectedSizes {
 Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::path& folder,
                              const std::function<void(const std::string&)>& note, bool is_certain = true);
 
-// The same for a mesh that is spooled already, for the space that its parts take beside the spool. Says nothing
-// if there is enough.
+// Checks the space that the parts of a mesh that is spooled already take beside the spool. Says nothing if
+// there is enough.
 Status check_space_of_parts(const ExpectedSizes& sizes, const std::filesystem::path& folder);
 
 }  // namespace psplit

@@ -61,18 +61,18 @@ class PrimitiveEditor {
   // accessor still do. If `only` is not empty, attributes that it does not name stay as they are.
   void set_geometry(const PrimitiveGroup& group, const Mesh& mesh, const std::vector<MorphAttribute>& morphs,
                     GeometryData data, const std::vector<std::string>& only = {});
-  // The same for kInBufferViews and a mesh that is in a buffer of the document already, at the offsets that
-  // lay_out (mesh_view.h) returned. Morph targets stay.
+  // Sets the geometry for kInBufferViews and a mesh that is in a buffer of the document already, at the offsets
+  // that lay_out (mesh_view.h) returned. Morph targets stay.
   struct PlacedMesh {
     const MeshView& view;
     size_t buffer;
     std::span<const uint64_t> offsets;
   };
   void set_placed_geometry(const PrimitiveGroup& group, const PlacedMesh& mesh);
-  // The same for a mesh in a temporary file, which becomes a buffer of the document.
+  // Sets the geometry to a mesh in a temporary file, which becomes a buffer of the document.
   void set_geometry_in_file(const PrimitiveGroup& group, const MeshInFile& mesh);
-  // The same for kStoredElsewhere and a mesh that is not in memory, with the bounds of its attributes, then of
-  // its indices. The bytes of its values are not used. Morph targets stay.
+  // Sets the geometry for kStoredElsewhere and a mesh that is not in memory, with the bounds of its attributes,
+  // then of its indices. The bytes of its values are not used. Morph targets stay.
   struct Bounds {
     Json least, most;
   };
