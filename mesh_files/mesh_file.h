@@ -129,7 +129,7 @@ bool has_only_points(const MeshFile& file);
 // other. With `takes_points`, a file without any faces becomes primitives of points. Errors: kUnsupported if
 // there is nothing to draw.
 Expected<Document> document_from_mesh_file(MeshFile file, bool takes_points = false);
-// The same without checks: meshes may be empty, for values that are stored elsewhere.
+// Makes a document without checks: meshes may be empty, for values that are stored elsewhere.
 Document document_of_objects(MeshFile file, bool are_points = false);
 
 // The text as UTF-8. Text that is not valid UTF-8 is read as Latin-1.

@@ -23,8 +23,8 @@ namespace psplit {
 // Errors: kInvalidInput with the line or byte, kUnsupported for point clouds.
 Expected<MeshFile> read_ply(Scanner& scanner, const ThreadPool& pool);
 
-// The same as a stream: `sink` gets the points and faces, without textures and texture coordinates of faces.
-// Call read_ply_header first. Errors of the sink too.
+// Reads a PLY as a stream: `sink` gets the points and faces, without textures and texture coordinates of faces.
+// Call read_ply_header first. The sink's errors are returned as well.
 Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses,
                 const ThreadPool& pool);
 

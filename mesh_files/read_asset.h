@@ -44,12 +44,12 @@ Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStre
                            const DecodePoints& decode_points = {}, const ThreadPool& pool = ThreadPool(1),
                            const OriginChoice& origin = {});
 
-// The same for a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
+// Reads a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
                            const DescribeStream& describe, const DecodePoints& decode_points = {},
                            const ThreadPool& pool = ThreadPool(1), const OriginChoice& origin = {});
 
-// The same for a stream that was opened from `source`.
+// Reads a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                            const DescribeStream& describe, const OriginChoice& origin = {});
 

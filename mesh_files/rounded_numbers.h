@@ -20,7 +20,7 @@ bool has_float(T value) {
   return magnitude == 0 || magnitude >> std::countr_zero(magnitude) < kFirstWithout;
 }
 
-// The same for a double. What is not finite has its float.
+// Whether a double is equal to a float; infinities and NaN count as equal.
 inline bool has_float(double value) {
   if (!std::isfinite(value)) return true;
   const bool fits = std::fabs(value) <= double{std::numeric_limits<float>::max()};

@@ -25,7 +25,7 @@ struct Facet {
   std::array<Position, 3> corners;
 };
 
-// The same of a text, whose numbers may say more than floats can.
+// A facet of a text file, whose numbers may be more precise than floats.
 struct PreciseFacet {
   std::array<float, 3> normal;
   std::array<PrecisePosition, 3> corners;
