@@ -14,8 +14,8 @@ Status status_of(core::Fault fault);
 // Errors: as for status_of, and kInvalidInput for counts that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
-// The same for a stream of a container, of either kind. Compares it with the stream's row too, and with the
-// header of patch `first`, which is read, unless that is the patch itself.
+// Reads and checks the header of a container's stream, of either kind. Also compares it with the stream's row,
+// and with the header of patch `first`, which it reads, unless that is the patch itself.
 Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch,
                                               uint32_t first = 0);
 
@@ -26,7 +26,7 @@ Status check_claims(const PatchContainer& container);
 // Whether `stored_bytes` justify the memory that indices and requested values take.
 Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
                      uint64_t stored_bytes);
-// The same for values of `point_bytes` for each point.
+// An overload for values of `point_bytes` for each point.
 Status check_results(uint64_t point_count, uint64_t face_count, uint64_t point_bytes, uint64_t stored_bytes);
 
 // Whether an attribute of a stream has the components that are requested. 0 stands for a stream without that

@@ -24,7 +24,7 @@ class ExpectedSum {
   bool is_first_ = true;
 };
 
-// The same for a value that is about in proportion to another one of its row, the scale.
+// Predicts a value that is roughly proportional to another one of its row, the scale.
 class ExpectedRatio {
  public:
   int64_t from(int64_t scale) const { return ratio_ * std::max<int64_t>(scale, 1) >> 10; }

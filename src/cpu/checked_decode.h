@@ -32,7 +32,7 @@ struct CheckedTask {
   PrimitiveBuffers buffers;
   std::vector<StreamFindings>* findings;
 };
-// The same for several containers, into the caller's memory: what decode_into of cpu_backend does. Returns a
+// Decodes and checks several containers, into the caller's memory, like decode_into of cpu_backend. Returns a
 // status for each task.
 std::vector<Status> decode_checked_into(std::span<const CheckedTask> tasks, const ThreadPool& pool,
                                         const Watch& watch);

@@ -69,7 +69,7 @@ class ContainerDecoder {
 
   // Decodes all streams.
   Status decode();
-  // The same in windows of consecutive streams, each with at most `most_faces` faces, or one stream. After a
+  // Decodes in windows of consecutive streams, each with at most `most_faces` faces, or one stream. After a
   // window, only the numbers along its borders stay in the decoder's memory, and later windows do not write to
   // its part of `out` any more. finish(window) is then called. Errors: as for decode().
   Status decode_in_windows(uint64_t most_faces, const std::function<void(StreamRange)>& finish);
