@@ -13,7 +13,7 @@ struct XXH3_state_s;
 
 namespace psplit {
 
-// The same hash as a number, for tables. The bytes of the text are hashed as they are.
+// The content hash as a number, for tables. The bytes of the text are hashed unchanged.
 struct Hash128 {
   uint64_t high = 0, low = 0;
   auto operator<=>(const Hash128&) const = default;

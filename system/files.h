@@ -41,11 +41,11 @@ Status write_file(const std::filesystem::path& path, FileParts parts,
 Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts,
                   IfReadOnly if_read_only = IfReadOnly::kFail);
 
-// The same with the bytes that `write` writes. It returns false after an error, with its errno.
+// An overload for the bytes that `write` writes. `write` returns false after an error, and leaves its errno.
 Status write_file(const std::filesystem::path& path, const std::function<bool(std::FILE*)>& write,
                   IfReadOnly if_read_only = IfReadOnly::kFail);
 
-// The same for a new file. Returns false and writes nothing if the name is taken.
+// Writes a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
 // Makes a folder and those above it, unless they exist. Errors: as for io_error.

@@ -16,7 +16,7 @@ inline Status may_pass(std::string message, Place place = {}) {
 // a lack of space, files or processes, for a stale or interrupted file system, and for a file that is busy;
 // otherwise kIo.
 Status io_error(const std::string& what, int error, Place place = {});
-// The same for an error of std::filesystem, which may have a number of the system.
+// An overload for an error of std::filesystem, which may have a number of the system.
 Status io_error(const std::string& what, const std::error_code& error, Place place = {});
 
 }  // namespace psplit

@@ -27,7 +27,7 @@ class MappedFile {
   // What keeps the bytes.
   std::shared_ptr<const void> owner() const { return owner_; }
 
-  // The same file, but fewer of its bytes. The range must be within bytes().
+  // A view of a part of the file. The range must be within bytes().
   MappedFile range(uint64_t offset, uint64_t length) const;
 
  private:
@@ -44,7 +44,7 @@ class FileMemory {
   static Expected<FileMemory> create(const std::filesystem::path& folder, uint64_t bytes);
 
   Span<uint8_t> bytes() const { return bytes_; }
-  // The same memory for readers.
+  // A read-only view of the memory.
   MappedFile view() const;
 
  private:

@@ -75,7 +75,7 @@ void remove_if_unlocked(const std::filesystem::path& path, const std::function<b
 // Writes the file's data to the disk, so that it survives a power failure. False after an error, with its
 // errno.
 bool sync_to_disk(std::FILE* file);
-// The same for the names in a folder. Errors: as for io_error.
+// Writes the names in a folder to the disk. Errors: as for io_error.
 Status sync_to_disk(const std::filesystem::path& folder);
 
 // Whether a file name matches a pattern of *, ? and []. A pattern that begins with one of these matches no
@@ -139,7 +139,7 @@ class UnnamedFile {
 // installs its own handler for SIGBUS while a file is mapped; a read(2) into or from such memory returns EFAULT
 // instead.
 std::span<const uint8_t> map_file(const std::filesystem::path& path);
-// The same for a temporary file, which may be closed then. Errors: as for io_error.
+// Maps a temporary file, which may then be closed. Errors: as for io_error.
 Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
 // Gives an empty file `bytes` zeros and maps them for reading and writing; the file may be closed then. The
 // space is taken at once. Errors: as for io_error.

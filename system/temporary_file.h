@@ -29,7 +29,7 @@ class TemporaryFile {
 
   // The file must have been flushed. Errors: as for replace_file.
   Status rename_to(const std::filesystem::path& target);
-  // The same, but fails with file_exists if the name is taken.
+  // Renames the file like rename_to, but fails with file_exists if the name is taken.
   std::error_code rename_to_new(const std::filesystem::path& target);
 
  private:
@@ -45,7 +45,8 @@ bool is_temporary_name(const std::filesystem::path& path);
 
 // Removes the folder's temporary files that no process has locked.
 void remove_dead_temporaries(const std::filesystem::path& folder);
-// The same unless this process has done it: a batch writes thousands of files into one folder.
+// Calls remove_dead_temporaries once for each folder in a process: a batch writes thousands of files into one
+// folder.
 void remove_dead_temporaries_once(const std::filesystem::path& folder);
 
 }  // namespace psplit

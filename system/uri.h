@@ -41,8 +41,8 @@ std::filesystem::path path_of_uri(std::string_view uri, const std::filesystem::p
 bool is_plain_uri_of(std::string_view uri, const std::filesystem::path& path);
 bool leaves_folder(const std::filesystem::path& relative);
 
-// The same for a file that must be in the folder. Errors: kUnsupported if it leaves the folder, or if the URI
-// is no relative path; kInvalidInput if it names no file.
+// The path of a URI whose file must be in the folder. Errors: kUnsupported if it leaves the folder, or if the
+// URI is no relative path; kInvalidInput if it names no file.
 Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri, const std::filesystem::path& folder);
 
 }  // namespace psplit

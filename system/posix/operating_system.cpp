@@ -60,7 +60,7 @@ void end_with_file_name(int signal_number, siginfo_t* info, void*) {
   const bool is_sent = info->si_code <= 0;  // by a process, not by the use of memory
   if (is_sent || range == nullptr) {
     ::sigaction(signal_number, &handler_before, nullptr);
-    // The same use of memory raises the signal again. macOS does not say of a signal that it was sent.
+    // The faulting access repeats, and raises the signal again. macOS does not tell whether a signal was sent.
 #ifndef __APPLE__
     if (is_sent)
 #endif
