@@ -59,7 +59,7 @@ class BatchRecord {
   // it, or if shards of another count run. Other errors: those of io_error.
   Status open(const std::filesystem::path& folder, const Shard& shard);
 
-  // The same for a process that works for the one that has opened the record.
+  // Opens the record in a process that works for the one that has opened it.
   Status join(const std::filesystem::path& folder, const Shard& shard);
 
   // Reads what all files say about the outputs of a shard. Memory: 72 bytes for each line about them.

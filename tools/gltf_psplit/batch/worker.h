@@ -15,7 +15,7 @@ namespace psplit {
 // Runs in the child, and returns its exit code. `record` is open, except in a dry run; the worker loads it.
 int run_worker(ParentLink& link, const BatchArguments& arguments, const Session& session, BatchRecord& record,
                const std::filesystem::path& staging_folder);
-// The same in a child that shares no memory with the batch (take_parent_link).
+// Works in a child process that shares no memory with the batch (take_parent_link).
 Status run_started_worker(ParentLink& link, const BatchArguments& arguments, const Session& session);
 
 }  // namespace psplit

@@ -20,12 +20,12 @@ Status check_output_place(const std::string& path, bool force);
 // kMayPass if the output's disk is known to have fewer than `bytes` free.
 Status check_free_space(const std::string& output, uint64_t bytes);
 
-// The same as check_output_place, and kUsage if write_document does not support the name: it must end in .glb
-// or .gltf, or be "-". The message lists those and `others`, endings that the caller supports and has excluded.
+// Like check_output_place, and kUsage if write_document does not support the name: it must end in .glb or
+// .gltf, or be "-". The message lists those and `others`, endings that the caller supports and has excluded.
 Status check_output_path(const std::string& path, bool force, const std::string& others = "");
 
-// The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
-// same name.
+// Checks the outputs of a command that writes an asset and, if `report` is not empty, a report. kUsage if both
+// have the same name.
 Status check_output_paths(const std::string& output, const std::string& report, bool force,
                           OutputForms forms = OutputForms::kGltf);
 

@@ -23,7 +23,7 @@ Expected<Document> read_input(const std::string& path, const Session& session,
                               const std::string& backend = "auto", FileAccess access = FileAccess::kMap,
                               const std::filesystem::path& spool = {}, const Progress& progress = {},
                               PointClouds clouds = PointClouds::kRefuse, const OriginChoice& origin = {});
-// The same without a word to the log.
+// Reads the input without writing to the log.
 Expected<Asset> read_input_asset(const std::string& path, const Session& session, const std::string& backend,
                                  FileAccess access, const std::filesystem::path& spool,
                                  const Progress& progress, PointClouds clouds, const OriginChoice& origin);
