@@ -3,7 +3,7 @@
 
 /** The address or the bytes of psplit.wasm. */
 export const wasm_file = () => new URL('./psplit.wasm', import.meta.url);
-/** The same of psplit_condensed.wasm, which is loaded when the first container of condensed patches comes. */
+/** Likewise for psplit_condensed.wasm, which is loaded for the first container of condensed patches. */
 export const condensed_wasm_file = () => new URL('./psplit_condensed.wasm', import.meta.url);
 /** A worker of a page. */
 export const page_worker = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });

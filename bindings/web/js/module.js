@@ -12,7 +12,7 @@ const kReadsCondensed = 'reads_condensed';
  */
 export const compile_module = (wasm) =>
   compile_file(wasm ?? configured.wasm, { name: 'psplit.wasm', file: wasm_file, has: 'open_container' });
-// The same of psplit_condensed.wasm, which decodes all that psplit.wasm does, and condensed patches.
+// Likewise for psplit_condensed.wasm, which also decodes condensed patches.
 const compile_condensed = (wasm) =>
   compile_file(wasm ?? configured.condensedWasm, { name: 'psplit_condensed.wasm', file: condensed_wasm_file, has: kReadsCondensed });
 
