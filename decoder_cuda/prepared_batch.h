@@ -77,7 +77,7 @@ class PreparedBatch {
       return device.upload(to, bytes.data(), bytes.size());
     });
   }
-  // The same, where upload_large(to, bytes) uploads the pieces that are not gathered.
+  // An overload of upload: upload_large(to, bytes) uploads the pieces that are not gathered.
   template <typename UploadLarge>
   Status upload(Device& device, UploadLarge upload_large) const {
     device.mark("upload");
