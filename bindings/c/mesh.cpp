@@ -1,4 +1,4 @@
-// Opens meshes, and says what is in them.
+// Opens and describes meshes.
 #include "bindings/c/mesh.h"
 
 #include <algorithm>

@@ -63,7 +63,7 @@ void set_indices(Encoder& encoder, size_t component_type, uint32_t count, const 
   encoder.mesh.faces.assign(count / 3, {});
   for (std::array<uint32_t, 3>& face : encoder.mesh.faces)
     for (uint32_t& point : face) {
-      std::memcpy(&point, from, bytes);  // little-endian; what is negative is too large for any mesh
+      std::memcpy(&point, from, bytes);  // little-endian; negative numbers become too large for any mesh
       from += bytes;
     }
 }

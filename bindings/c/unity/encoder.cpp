@@ -131,7 +131,7 @@ void dracoEncoderSetQuantizationBits(UnityEncoder* encoder, uint32_t position, u
                                      uint32_t color, uint32_t generic) {
   if (encoder == nullptr) return;
   encoder->bits.clear();
-  constexpr uint32_t kMostBits = 31;  // what is more is refused when it is encoded
+  constexpr uint32_t kMostBits = 31;  // more bits are refused when the mesh is encoded
   for (const uint32_t bits : {position, normal, color, uv, generic})
     encoder->bits.push_back(static_cast<int>(std::min(bits, kMostBits)));
 }
