@@ -106,7 +106,7 @@ class Asset {
       const decoded = await (patches ? this.#patches(definition, patches) : this.#draco(definition, draco));
       return { ...decoded, ...arranged(definition, { ...await this.#attributes(definition, names, decoded.pointCount), ...decoded.attributes }) };
     } catch (error) {
-      // What cannot be decoded may have a fallback, but not what is invalid.
+      // A primitive that cannot be decoded may use its fallback, unless its data are invalid.
       const has_fallback = [undefined, ...names].every((name) => this.#json.accessors[number_of(definition, name)]?.bufferView !== undefined);
       if (!['unsupported', 'failed', 'out-of-memory'].includes(error.code) || !has_fallback) throw error;
       return this.#plain_primitive(definition);

@@ -437,7 +437,7 @@ var DracoDecoderModule = (() => {
       mesh.core_.exports.release(at);
       return result;
     }
-    // A new array of what is written; null if it returns 0.
+    // A new array of the written values; null if it returns 0.
     function read(mesh, Type, length, write_to) {
       const at = mesh.core_.allocate(length * Type.BYTES_PER_ELEMENT);
       try {
