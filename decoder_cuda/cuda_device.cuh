@@ -234,7 +234,7 @@ class CudaDevice {
   void set_purpose(Purpose purpose) { purpose_ = purpose; }
   // The largest stack of a thread, of the kernels that were launched to measure it.
   uint64_t local_bytes() const { return local_bytes_; }
-  // The memory that the driver may take for stacks, beside what is free now.
+  // The memory that the driver may take for stacks, in addition to the memory that is free now.
   void set_local_memory(uint64_t bytes) { local_memory_ = bytes; }
 
   // Marks are recorded only if measuring is on.

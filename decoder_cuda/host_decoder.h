@@ -13,10 +13,9 @@ inline constexpr uint32_t kMostFacesOfAStream = 1'000'000;
 template <typename Device>
 class HostDecoder {
  public:
-  // Takes no more than `memory_limit` bytes of the device, and no more than nine tenths of what is free now. A
-  // limit of 0 means all. Half of that is for results. More is decoded batch after batch, and large meshes
-  // window after window.
-  // A task with a stream of more than `most_faces` faces is refused.
+  // Takes no more than `memory_limit` bytes of the device, and no more than nine tenths of its free memory. A
+  // limit of 0 means no other limit. Half of it is for results. Tasks that need more are decoded batch by
+  // batch, and large meshes window by window. A task with a stream of more than `most_faces` faces is refused.
   explicit HostDecoder(Device device, uint64_t memory_limit = 0, uint32_t most_faces = kMostFacesOfAStream)
       : decoder_(std::move(device)), most_faces_(most_faces) {
     limit_ = decoder_.device().free_memory() / 10 * 9;
