@@ -500,7 +500,7 @@ Status PartsEncoder::encode_with_leftovers(const PartView& part) {
   return {};
 }
 
-// Whether the container should end, because memory would not hold what is still to be done with it.
+// Whether the container should end, because its remaining work would not fit into memory.
 bool PartsEncoder::is_full() const {
   const Mesh& left = leftovers_.part.mesh;
   if (left.point_count > options_.most_residue_points) return container_ || !left.faces.empty();

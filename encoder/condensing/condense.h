@@ -38,8 +38,8 @@ struct CondensedContainer {
   uint32_t head_bytes = 0;
 };
 
-// The container with the streams that condense() returns and the same stitch map. Nothing if it does not take
-// fewer than `bytes_without` bytes: what is stored if nothing is condensed.
+// The container with the streams that condense() returns and the same stitch map. Empty unless it takes fewer
+// than `bytes_without` bytes, the size of the container without condensing.
 std::optional<CondensedContainer> condense_container(const PatchContainer& draco, uint64_t bytes_without,
                                                      bool smallest, const ThreadPool& pool);
 

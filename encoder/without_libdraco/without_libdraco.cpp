@@ -23,7 +23,7 @@ Expected<Mesh> decode_draco_stream(Span<const uint8_t>, Span<const AttributeRequ
 }
 Expected<StreamDescription> describe_draco_stream(Span<const uint8_t>) { return unsupported(kNoDraco); }
 
-// Not kUnsupported: the mesh is not what is refused, so it is not left as it is.
+// Not kUnsupported, which would leave the mesh as it is: the mesh is not the reason.
 Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh&, const PatchMesh&, std::span<const AttributeCoding>,
                                           int, bool) {
   return wrong_usage(kNoDraco);
