@@ -127,7 +127,7 @@ struct DracoRecord {
   int64_t view = -1;
   // The stored attributes, with the types of their accessors. Morph targets have the names of name_of_target.
   std::vector<AttributeRequest> requests{};
-  Status status{};  // what is wrong with the extension
+  Status status{};  // the error in the extension
 
   bool stores(const std::string& semantic) const;
 };

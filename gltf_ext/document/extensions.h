@@ -17,7 +17,7 @@ void list_extension(Document& document, const char* name, bool required);
 void require_extension(Document& document, const char* name, bool required);
 
 // If a list has both Draco extensions, they get adjacent places, stock Draco first, where the first of them
-// was. So what is condensed and expanded has the lists of what was not condensed.
+// was. So a document that is condensed and expanded again has its original lists.
 void join_draco_extensions(Document& document);
 
 // Removes an extension from every object that has it, and from both lists, with the accessors and buffer views

@@ -30,7 +30,7 @@ class AppendFile : public Spill {
     return status.ok() ? file_.read(offset, to) : std::move(status);
   }
   uint64_t size() const override { return written_ + buffer_.size(); }
-  // Writes what is buffered: file() has only what was flushed.
+  // Writes the buffered bytes: file() contains only flushed bytes.
   Status flush();
   // Replaces bytes that were flushed.
   Status rewrite(uint64_t offset, std::span<const uint8_t> bytes) { return file_.write(offset, bytes); }

@@ -30,7 +30,7 @@ ExpectedSizes expected_sizes(const PlyHeader& header) {
   return sizes;
 }
 
-// A file that has no room for its points and faces is read, so that the reader says what is wrong.
+// A file too short for its points and faces is read, so that the reader reports the error.
 bool has_room(uint64_t bytes, const PlyHeader& header, const ExpectedSizes& sizes) {
   uint64_t point = 0;
   for (const PlyElement& element : header.elements)

@@ -192,7 +192,7 @@ class MeshoptViews::Rebuilt {
     std::unordered_map<std::string_view, size_t>& rows = rows_[{column, slot.width}];
     if (rows.empty())
       for (size_t at = 0; at < old_.size(); at += stride_) rows.emplace(key(&old_[at + column]), at);
-    const bool is_whole = group.slots.size() == 1;  // what is beside the values comes with them
+    const bool is_whole = group.slots.size() == 1;  // data beside the values come with them
     const size_t begin = is_whole ? 0 : column, width = is_whole ? stride_ : slot.width;
     for (uint64_t i = 0; i < slot.count; ++i) {
       const auto found = rows.find(key(value(i)));

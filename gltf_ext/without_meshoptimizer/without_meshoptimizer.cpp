@@ -19,7 +19,7 @@ Status check_meshopt_encoder() {
 }
 std::vector<uint8_t> encode_meshopt_rows(const MeshoptRecord&, std::span<const uint8_t>) { return {}; }
 
-// Not kUnsupported: the mesh is not what is refused, so it is not left as it is.
+// Not kUnsupported, which would leave the mesh as it is: the mesh is not the reason.
 Expected<std::vector<Faces>> simplify(std::span<const Mesh>, uint64_t) { return check_meshopt_encoder(); }
 
 }  // namespace psplit
