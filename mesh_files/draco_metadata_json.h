@@ -9,8 +9,8 @@ namespace psplit {
 
 // The entries and parts of a tree, as members of one object. Draco does not store the types of values: text
 // stays text, otherwise 4 bytes are an integer, 8 bytes a double if that is a usual number, and more bytes
-// arrays of these. Null for an empty tree. `losses` gets what is too much for JSON; `of` is what the tree is
-// of.
+// arrays of these. Null for an empty tree. `losses` gets the data that JSON cannot hold; `of` names the owner
+// of the tree.
 Json json_of_metadata(const Metadata& metadata, const std::string& of, Losses& losses);
 
 // For each of `requests` the metadata of its attribute, or null. As for libdraco, the first of an id count.

@@ -51,7 +51,7 @@ void for_each_block(const PlacedPart& part, const Visit& visit) {
   }
 }
 
-// Collects what is written to a file in blocks. Keeps the first failure.
+// Buffers writes to a file in blocks. Keeps the first failure.
 class FileBuffer {
  public:
   explicit FileBuffer(std::FILE* file) : file_(file) {}
