@@ -80,8 +80,8 @@ class PutNumbers {
   BitStringWriter bits_;
 };
 
-// The directory from its first number on. Reader and writer share the order of the numbers and what is expected
-// of them.
+// The directory from its first number on. Reader and writer share the order of the numbers and their
+// predictions.
 template <typename Way>
 class Rows {
  public:

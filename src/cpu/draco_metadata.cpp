@@ -8,8 +8,8 @@
 namespace psplit {
 namespace {
 
-// Puts what is visited into trees, as long as they are those that libdraco accepts. Places of parts stay: no
-// array of parts grows beyond its room.
+// Builds trees from the visited parts, as long as libdraco would accept them. Addresses of parts stay valid: no
+// array of parts grows beyond its reserved room.
 class MetadataReader : public core::MetadataVisitor {
  public:
   explicit MetadataReader(StreamMetadata& metadata) : metadata_(metadata) {}
@@ -23,7 +23,7 @@ class MetadataReader : public core::MetadataVisitor {
   void geometry() { begin_tree(metadata_.geometry); }
   void begin(core::View<const uint8_t> name) {
     if (!is_valid_) return;
-    // The next part is one of the last part that misses some.
+    // The next part belongs to the last part whose children are not complete.
     while (open_.back().missing == 0) open_.pop_back();
     Open& open = open_.back();
     --open.missing;
@@ -45,7 +45,7 @@ class MetadataReader : public core::MetadataVisitor {
   }
 
  private:
-  static constexpr size_t kMostDepth = 1001;  // so many parts in each other are libdraco's limit
+  static constexpr size_t kMostDepth = 1001;  // libdraco's limit of nested parts
 
   struct Open {
     Metadata* metadata;

@@ -20,7 +20,7 @@ template <typename Index>
 struct StreamMemory {
   ScratchMemory memory;
   size_t size = 0;
-  core::StreamHeader header;  // the container's, and what is known before decoding
+  core::StreamHeader header;  // the container's, and facts known before decoding
   core::Patch<Index> patch;
   std::optional<core::PatchDecoder<Index>> decoder;
 
