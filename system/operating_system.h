@@ -39,7 +39,7 @@ std::filesystem::file_type file_type_at(const std::filesystem::path& path);
 inline bool is_disk_file(const std::filesystem::path& path) {
   return file_type_at(path) == std::filesystem::file_type::regular;
 }
-// Whether ** of a pattern goes into what is at a path: a folder whose name does not begin with a dot and, on
+// Whether ** of a pattern enters the entry at a path: a folder whose name does not begin with a dot and, on
 // Windows, that is not both hidden and of the system. No links, because they may form cycles.
 bool is_searched_folder(const std::filesystem::path& path);
 // A name as the file system compares it: two names of one file become the same. On Windows, case does not

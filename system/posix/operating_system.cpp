@@ -50,7 +50,7 @@ constexpr size_t kMostAtOnce = size_t{1} << 30;
 
 struct sigaction handler_before;  // of SIGBUS
 
-// The functions of signal handlers call only what is safe there.
+// Signal handlers call only async-signal-safe functions.
 void print_in_handler(const char* text) {
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
 }
@@ -395,7 +395,7 @@ size_t terminal_columns(std::FILE* stream) {
 
 void expect_large_arrays() {
 #ifdef __GLIBC__
-  // AddressSanitizer's malloc takes no options. It would write an eighth of what is reserved.
+  // AddressSanitizer's malloc takes no options. It would write an eighth of the reserved memory.
   if (mallopt(M_MMAP_MAX, 0) != 1 || mallopt(M_TRIM_THRESHOLD, -1) != 1) return;
 #if defined(__linux__)
   // malloc takes memory at the end of its own, and keeps it. So addresses are reserved for it, and asked to be

@@ -51,7 +51,7 @@ struct Pipe {
   SystemHandle out, in;  // to read from, and to write into
 };
 
-// Nothing after an error. Children inherit only what is named to them.
+// Nothing after an error. Children inherit only the handles that are named to them.
 std::optional<Pipe> make_pipe() {
   HANDLE out = nullptr, in = nullptr;
   if (::CreatePipe(&out, &in, nullptr, 1 << 16) == 0) return std::nullopt;

@@ -67,8 +67,8 @@ OVERLAPPED at_offset(uint64_t offset) {
   return place;
 }
 
-// The system's locks keep others from reading and writing what is locked. So one byte is locked that no file
-// has, and only those who ask for the lock see it.
+// The system's locks keep other processes from reading and writing locked bytes. So the lock is on one byte
+// beyond any file, and only processes that ask for the lock notice it.
 constexpr uint64_t kLockedByte = uint64_t{1} << 62;
 
 bool try_lock(HANDLE handle, bool is_shared) {
@@ -210,7 +210,7 @@ std::string upper_case(std::string_view text) {
   return utf8(to);
 }
 
-// The tag of what is at a path if it is a link or another reparse point; otherwise 0.
+// The tag of the entry at a path if it is a link or another reparse point; otherwise 0.
 DWORD reparse_tag(const fs::path& path) {
   WIN32_FIND_DATAW found{};
   const HANDLE search = ::FindFirstFileW(path.c_str(), &found);
@@ -328,7 +328,7 @@ std::vector<char*> start_command(int argc, char** argv) {
     ::SetConsoleOutputCP(CP_UTF8);
     std::atexit(restore_terminal);
   }
-  // The words of `main` have lost what is not in the code page.
+  // The arguments of `main` have lost the characters that the code page lacks.
   int count = 0;
   wchar_t** const words = ::CommandLineToArgvW(::GetCommandLineW(), &count);
   if (words == nullptr) return {argv, argv + argc};
