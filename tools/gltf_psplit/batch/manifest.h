@@ -25,7 +25,7 @@ struct BatchItem {
   std::string version{};  // a text that changes whenever the input does, such as an ETag; empty if unknown
 };
 
-// {"input", "name", "bytes", "xxh128", "version"} without what is unknown. A text that is not UTF-8 is written
+// {"input", "name", "bytes", "xxh128", "version"} without unknown members. A text that is not UTF-8 is written
 // percent-encoded, as "input_uri" or "name_uri".
 Json to_json(const BatchItem& item);
 // kInvalidInput if a member has the wrong type, if "input" or "name" is missing, or if the name is not a path

@@ -21,7 +21,7 @@ struct StagingCommands {
   bool any() const { return !fetch.empty() || !store.empty() || !fetch_output.empty(); }
 };
 
-// Removes all of a folder that can be removed, also what is read-only. Whether the folder is gone.
+// Removes everything in a folder that can be removed, even read-only files. Returns whether the folder is gone.
 bool remove_folder(const std::filesystem::path& folder);
 
 // A folder for the files of one process. Next to it a lock shows that the process lives. So `open` also removes

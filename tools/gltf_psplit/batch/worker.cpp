@@ -248,8 +248,8 @@ Status AssetWork::work_on_file(Job& job) {
   return status.ok() ? write(job, *document, key) : status;
 }
 
-// The plan knows the content of the input alone. With other files, the content of all decides what is up to
-// date.
+// The plan knows only the content of the input. If there are other files, the content of all decides whether
+// the output is up to date.
 Status AssetWork::fetch_links(Job& job, const Document& document) {
   if (arguments_.staging.fetch.empty()) return {};
   if (document.files.size() > 1 || !linked_files(document).empty()) job.content.clear();

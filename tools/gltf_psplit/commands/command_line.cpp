@@ -115,8 +115,8 @@ std::string no_such_verb(const CLI::App& app, const std::string& word) {
   return "unknown subcommand: " + word + suggestion(word, verbs_of(app));
 }
 
-// Says what is wrong with a command line. An unknown option is reported first, because missing or superfluous
-// words often follow from it.
+// The error of a command line. An unknown option is reported first, because missing or superfluous words often
+// follow from it.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const bool unknown_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                              error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);

@@ -19,7 +19,7 @@ struct Transform {
   // map reverses it.
   Vec3 normal(Vec3 n) const { return cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z; }
 };
-// Whether it makes left-handed what is right-handed.
+// Whether it mirrors, that is, swaps right-handed and left-handed.
 bool mirrors(const Transform& transform);
 // Where a POSITION goes, or a NORMAL or a TANGENT, which gets the length 1. `mirrored`: mirrors(transform).
 Vec3 moved(const Transform& transform, bool mirrored, std::string_view semantic, Vec3 value);

@@ -13,7 +13,7 @@ namespace psplit {
 struct WorkDone {
   uint64_t done = 0, total = 0;  // steps
   std::string noun = "step";
-  std::string stage{};  // what is being done, if the steps do not say it
+  std::string stage{};  // the current activity, if the steps do not name it
   // What the rate counts: `amount_noun` ("face", "byte") and how many are done. By default the rate counts
   // steps.
   uint64_t amount = 0;
