@@ -31,7 +31,7 @@ class ObjectPool {
     std::unique_ptr<Object> object_;
   };
 
-  // Frees those that no thread uses.
+  // Frees the objects that no thread uses.
   void clear() {
     const std::lock_guard lock(mutex_);
     idle_.clear();

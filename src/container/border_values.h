@@ -19,8 +19,8 @@ class BorderValues {
   BorderValues() = default;
   // Of all patches. Errors: kInvalidInput, with the first patch whose part is invalid as its place.
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
-  // Of some patches. Decodes only their parts and those of the patches that own their shared values. Only the
-  // streams and the headers of these need to be there.
+  // Decodes values for some patches: only their border parts, and the parts of the patches that own their
+  // shared values. Only the streams and the headers of these need to be there.
   static Expected<BorderValues> decode(const PatchContainer& container, std::span<const uint32_t> some);
   // Of one patch, or of the residue, which has none.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);

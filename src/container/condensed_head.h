@@ -12,8 +12,8 @@
 
 namespace psplit {
 
-// The sections of a head ascend by type. A reader skips those that it does not know from kMayBeSkipped on, and
-// must know all others.
+// The sections of a head ascend by type. A reader skips unknown types from kMayBeSkipped on, and must know all
+// others.
 enum class HeadSection : uint8_t { kTables = 1, kBorders = 2, kDeltas = 3, kMayBeSkipped = 128, kBoxes = 128 };
 void append_head_section(HeadSection type, std::span<const uint8_t> bytes, std::vector<uint8_t>& head);
 // The content of a section of a head that read_condensed_head accepts; empty if there is none.
@@ -40,7 +40,7 @@ struct CondensedHead {
   std::vector<std::vector<uint8_t>> skeletons;
   std::vector<uint8_t> levels;  // by skeleton: libdraco's level of entropy coding, 0 to 11
 
-  // models() returns views of these. The lengths of all vectors are those that the bytes of the head say.
+  // models() returns views of these. The bytes of the head state the lengths of all vectors.
   bool has_valence_contexts = false, has_borders = false;
   std::array<uint16_t, 2> border_tables = {core::kNoTable, core::kNoTable};
   std::vector<core::SymbolContext> contexts;

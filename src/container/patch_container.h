@@ -116,7 +116,7 @@ Status open_front(std::span<const uint8_t> bytes, bool is_whole, PatchContainer&
 // backend may decode more, and the caller's BuffersFor compares. Never fails: see `refusal`.
 PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points = 0xfffffffeu);
 
-// The errors of open_container that the header and the directory show, without those of the streams.
+// The errors of open_container in the header and the directory, but not in the streams.
 Status check_directory(std::span<const uint8_t> bytes);
 
 // `stitch` and `streams` have one item for each entry, of the lengths that the entry names. The entries say

@@ -36,7 +36,7 @@ namespace psplit::core {
 //
 //   Fault fault = decoder.start(lanes);
 //   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
-//     take_steps(...);  // those that the decoder waits for
+//     take_steps(...);  // the steps that the decoder waits for
 //     fault = decoder.resume(lanes);
 //   }
 template <typename Index, StreamKinds kKinds>
@@ -86,7 +86,7 @@ class PatchDecoder {
                                          : edgebreaker_.add_faces(keep_order, patch_.mesh);
   }
 
-  // Goes on to the next stop after all steps were taken, except those that sequences leave to their finish.
+  // Goes on to the next stop after all steps were taken, except steps that sequences leave to their finish.
   // Collective: all lanes share the decoder.
   template <Lanes L>
   PSPLIT_HD Fault resume(L lanes) {

@@ -162,8 +162,8 @@ class FaceRows<Index, false> {
 };
 
 // Whole rows, for devices: they store for many threads at once. The symbol after a face nearly always
-// determines the corner opposite its corner 0, and two rows of vertices are stored together. Corners opposite
-// those of earlier faces are stored at once.
+// determines the corner opposite its corner 0, and two rows of vertices are stored together. Opposite corners
+// of earlier faces are stored at once.
 template <typename Index>
 class FaceRows<Index, true> {
  public:

@@ -23,7 +23,7 @@ enum class Fault : uint8_t {
   kIndex,         // a face with a point that does not exist
   kTree,          // a kD-tree that splits more points than it has, or along an axis that does not exist
   kSection,       // a condensed section that does not end where its data ends
-  kRow,           // counts other than those of the directory's row
+  kRow,           // counts that differ from the directory's row
   kRequest,       // a requested attribute is missing or has another type
   kStitchMap,     // a stitch map that ends early, or whose number of references differs from its row
   kStitchRun,     // a run that leaves the border of its patch

@@ -137,7 +137,7 @@ class IntegerDecoder {
   PSPLIT_HD ParallelogramSteps<Index, 2>& parallelograms_2d() { return parallelograms_2d_; }
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
 
-  // `parallelograms` are those of the attribute before, or empty, and are the last that was taken from the
+  // `parallelograms` come from the previous attribute, or are empty, and are the last that was taken from the
   // arena since `mark`. Memory is released to there, unless these or new parallelograms are in it.
   PSPLIT_HD Fault finish(ParallelogramFinder<Index>& parallelograms, Arena& arena, size_t mark) {
     if (has_steps() || is_predicted_ || is_finished_) return early_fault_;

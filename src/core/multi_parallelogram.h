@@ -265,8 +265,8 @@ PSPLIT_HD bool predict_by_constrained_multi_parallelogram(L lanes,
   return true;
 }
 
-// A value is the mean of its first parallelograms, without those that a crease flag excludes. `on` and `finder`
-// are copies, which the loop may keep in registers.
+// A value is the mean of its first parallelograms that no crease flag excludes. `on` and `finder` are copies,
+// which the loop may keep in registers.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, kComponents> on,
                                                            ParallelogramFinder<Index> finder,
@@ -302,8 +302,8 @@ PSPLIT_HD Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 
       Block sum(0);
 #if defined(PSPLIT_HAS_VECTORS)
       if constexpr (kComponents == 3 || kComponents == 4) {
-        // Most values have two parallelograms or less. Which of them count is unpredictable: those that do not
-        // are masked to zero.
+        // Most values have two parallelograms or less. Which of them count is unpredictable: the others are
+        // masked to zero.
         const auto add = [&](uint32_t j) {
           sum = sum + (predicted(j) & Block(-static_cast<int32_t>(kept >> j & 1)));
         };

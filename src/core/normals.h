@@ -174,7 +174,7 @@ PSPLIT_HD inline int64_t shorten(Vec3& normal) {
 }
 
 // Each normal is predicted from the positions around its vertex; a flip says that it points the other way. A
-// lane computes a value; the first one decodes all flips. `sums` are those of sum_normals, or empty.
+// lane computes a value; the first one decodes all flips. `sums` come from sum_normals, or are empty.
 // Collective.
 template <Lanes L, typename Index>
 PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& on,

@@ -109,7 +109,7 @@ class RansTable {
   };
 
   // Reads the table with which `count` symbols are coded. Its arrays are in the arena. Does not fill buckets:
-  // each thread of a device that decodes symbols fills those of its own.
+  // each thread of a device that decodes symbols fills its own buckets.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
     is_direct_ = precision_bits == kDirectBits && count >= kFew;

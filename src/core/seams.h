@@ -189,8 +189,8 @@ PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
 template <typename Index>
 class PointNumbers {
  public:
-  // If one table has all seams, points are its values: `point_counts` are those that the last call of
-  // number_attribute_vertices set. Around a closed vertex the point at the first corner is the last one.
+  // If one table has all seams, points are its values: the last call of number_attribute_vertices has set
+  // `point_counts`. Around a closed vertex the point at the first corner is the last one.
   PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, const AttributeTable<Index>& only,
                          View<Index> point_counts)
       : mesh_(mesh),

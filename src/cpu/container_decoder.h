@@ -77,8 +77,8 @@ class ContainerDecoder {
   // The steps of it. The values come first that streams of the range share with others; then they may be
   // decoded.
   Status decode_borders(StreamRange streams);
-  // The first round for streams of the range: `count` is 1, or kInStep for as many in step. Their statuses are
-  // those of stitched(i).
+  // The first round for streams of the range: `count` is 1, or kInStep for as many in step. stitched(i) has
+  // their statuses.
   void decode_streams(uint32_t first, uint32_t count);
   // The second round, in two steps. All streams to which stream `i` refers are decoded, or stitched(i) has what
   // another decoder made of them. They never come after `i`.

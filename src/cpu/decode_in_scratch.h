@@ -132,8 +132,8 @@ struct StreamTask {
 };
 
 // Decodes kCount streams in step, and calls use(n, patch, arena) for each. The containers share `borders`, or
-// have none. Returns which of them are left for with_decoded: those that did not decode, those for which `use`
-// is false because it wants more memory, and all if one of them is too large for 16-bit numbers.
+// have none. Returns which streams are left for with_decoded: streams that did not decode, streams for which
+// `use` is false because it needs more memory, and all if one of them is too large for 16-bit numbers.
 template <uint32_t kCount, typename Use>
 std::array<bool, kCount> decode_in_step(std::span<const StreamTask, kCount> tasks, const BorderValues& borders,
                                         Scratch& scratch, Use use) {

@@ -8,7 +8,7 @@
 namespace psplit {
 
 // Describes a stream that was refused, if it is a mesh of a bitstream before 2.2 and `older` is not null.
-// Errors: `refusal` otherwise, with a sentence that says what decodes older meshes; those of `older`.
+// Errors: otherwise `refusal`, with a sentence that says what decodes older meshes; errors of `older`.
 Expected<StreamDescription> describe_older(const OlderStreams* older, std::span<const uint8_t> stream,
                                            const Status& refusal);
 

@@ -32,7 +32,7 @@ inline double number_of(const std::byte* component, ComponentType type, bool nor
   return read(float{});
 }
 
-// The float at place `index` among those of all points, of an attribute of floats.
+// The float at place `index` among all points' floats, of an attribute of floats.
 inline float float_at(const Attribute& attribute, size_t index) {
   float value = 0;
   std::memcpy(&value, attribute.values.data() + index * sizeof value, sizeof value);

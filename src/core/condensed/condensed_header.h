@@ -9,7 +9,7 @@
 
 namespace psplit::core {
 
-// Reads the numbers of attributes, and notes where they end. `attributes` are those of the skeleton.
+// Reads the numbers of attributes, and notes where they end. `attributes` come from the skeleton.
 PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attributes,
                                               CondensedNumbers& numbers, CondensedStream& stream) {
   CondensedKinds kinds;
@@ -70,8 +70,8 @@ PSPLIT_HD inline Fault read_condensed_counts(View<const SkeletonAttribute> attri
   return finish_edgebreaker_counts(static_cast<uint32_t>(vertices), stream.split_symbol_count, counts);
 }
 
-// Reads the header of a condensed stream: what the header of its Draco stream says, and `out`. The counts are
-// those of the directory's row. All bytes and models must outlive the header, and all of them may be anything.
+// Reads the header of a condensed stream: what the header of its Draco stream says, and `out`. The counts come
+// from the directory's row. All bytes and models must outlive the header, and all of them may be anything.
 // `attributes` is memory for the attributes of the skeleton: kMaxAttributes are enough for any. It is used here
 // only.
 PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,

@@ -435,7 +435,7 @@ class CreatedValues {
         has_a & has_b & exists(across) & before(far),
         has_b & exists(left) & before(beside_b) & exists(across_left) & before(far_left) & neighbours,
         has_a & exists(right) & before(beside_a) & exists(across_right) & before(far_right) & neighbours};
-    // For each set of those that count: their number << 4 | the second of them << 2 | the first.
+    // For each set of parallelograms that count: their number << 4 | the second of them << 2 | the first.
     constexpr uint64_t kChoices = 0x2429281a24151000u;
     const uint64_t set = static_cast<uint64_t>(counts[0]) >> 63 | static_cast<uint64_t>(counts[1]) >> 63 << 1 |
                          static_cast<uint64_t>(counts[2]) >> 63 << 2;

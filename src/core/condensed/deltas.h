@@ -30,7 +30,7 @@ struct alignas(16) DeltaValues {
   int32_t of[4];
 };
 
-// An attribute of deltas in a stream. Rows are those that are not 0 everywhere in it, in their order.
+// An attribute of deltas in a stream. Its rows, in order, except rows that are 0 everywhere in the stream.
 struct DeltaRow {
   static constexpr uint16_t kNone = DeltaModel::kNoReference;
 
@@ -287,7 +287,7 @@ class DeltaCoding {
 // Reads flags and corrections from the sections of a stream.
 class DeltaReader {
  public:
-  // `sections` are started, and all tables exist. `corrections` has room for those of a vertex.
+  // `sections` are started, and all tables exist. `corrections` has room for one vertex's corrections.
   PSPLIT_HD DeltaReader(const SectionReader (&sections)[kDeltaSections], const CondensedModels& models,
                         View<DeltaValues> corrections)
       : flags_(sections[0]), some_(models.delta_tables.some), corrections_(corrections.data()) {

@@ -22,7 +22,7 @@ struct alignas(16) SymbolContext {
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
   static constexpr uint32_t kInvalid = 6;
 
-  // By symbol, in this order; codes are those of core::Clers.
+  // By symbol, in this order; core::Clers has the codes.
   Share shares[kCount] = {};
   uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
   uint8_t codes[kCount] = {};
@@ -56,7 +56,7 @@ struct ValueCoding {
 struct AttributeModel : ValueCoding {
   static constexpr uint32_t kCreaseContexts = 4;
 
-  bool is_delta = false;  // by creation: its values are coded together with those of others (deltas.h)
+  bool is_delta = false;  // by creation: its values are coded together with other attributes' (deltas.h)
   bool has_flags = false;
   // Each stream chooses one of these sets of token tables, in CondensedModels::table_sets.
   uint16_t first_set = 0, set_count = 1;
@@ -69,7 +69,7 @@ struct SeamModel {
   uint16_t after[2] = {};
 };
 
-// An attribute of deltas, such as those of a morph target (deltas.h).
+// An attribute of deltas, such as a morph target's (deltas.h).
 struct DeltaModel {
   static constexpr uint16_t kNoReference = 0xffff;
 
