@@ -21,7 +21,7 @@ inline Status cuda_status(cudaError_t error, const char* call, size_t bytes = 0)
   const std::string amount = bytes > 0 ? " of " + std::to_string(bytes) + " bytes" : "";
   return runtime_failure(std::string("CUDA: ") + call + amount + ": " + cudaGetErrorString(error));
 }
-// For calls whose failure changes nothing, such as those that release something.
+// For calls whose failure changes nothing, such as releasing a resource.
 inline void ignore(cudaError_t error) {
   if (error != cudaSuccess) (void)cudaGetLastError();
 }

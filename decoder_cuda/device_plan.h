@@ -149,8 +149,8 @@ class BatchPlan {
     return any;
   }
 
-  // Adds the faults of streams to the statuses of their primitives: those of decoding all streams, then those
-  // of stitching them. `shortage` is the status of a stream that needs more memory than it had.
+  // Adds the faults of streams to the statuses of their primitives: first the faults of decoding all streams,
+  // then of stitching them. `shortage` is the status of a stream that needs more memory than it had.
   void add_faults(std::span<const core::Fault> faults, const Status& shortage,
                   std::span<Status> statuses) const {
     for (size_t i = 0; i < streams_.size(); ++i) {

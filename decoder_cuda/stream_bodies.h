@@ -307,7 +307,7 @@ struct ResumeStreams {
   }
 };
 
-// Values that lanes compute together: those of most streams.
+// The values of most streams, which lanes compute together.
 template <typename Index, core::StreamKinds kKinds>
 struct PredictStreams {
   static constexpr bool kIsSmall = true;  // it takes few registers
