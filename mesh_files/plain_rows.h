@@ -67,7 +67,7 @@ inline uint64_t line_ends(const char* begin, const char* end) {
   return all;
 }
 
-// The end of the first `most` lines of those that end at `end`, and how many lines there are.
+// The end of the first `most` of the lines that end at `end`, and the number of these lines.
 inline std::pair<const char*, uint64_t> first_lines(const char* begin, const char* end, uint64_t most) {
   constexpr ptrdiff_t kBlock = 1 << 14;
   uint64_t line_count = 0;

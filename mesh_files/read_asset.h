@@ -18,7 +18,7 @@
 
 namespace psplit {
 
-// Opens the libraries of materials that lie beside an OBJ, and adds those that it opens to `files`. Both must
+// Opens the libraries of materials that lie beside an OBJ, and adds the opened ones to `files`. Both must
 // outlive the result.
 OpenLibrary libraries_beside(const std::filesystem::path& source, std::vector<std::filesystem::path>& files);
 

@@ -58,7 +58,7 @@ class FacetSink {
 std::optional<uint32_t> facet_count_of_binary_stl(Scanner& scanner);
 
 // Errors: kInvalidInput with the line or byte (missing facets, words that are not numbers, positions that are
-// not finite), and those of the sink.
+// not finite), and the sink's errors.
 Status read_stl(Scanner& scanner, FacetSink& sink, Losses& losses);
 
 // One object for each solid, with the normals of the facets. Points with equal position and normal, in floats

@@ -31,8 +31,8 @@ Status check_positions(std::span<const PlacedPart> parts);
 Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const PlacedPart> parts,
                        const std::string& library = {}, IfReadOnly if_read_only = IfReadOnly::kFail);
 
-// The header of a binary PLY file with triangles, or of points. `properties` are the lines of those of a
-// vertex. A face is a uchar 3 and three indices of 32 bits.
+// The header of a binary PLY file with triangles, or of points. `properties` has the lines of a vertex's
+// properties. A face is a uchar 3 and three indices of 32 bits.
 std::string ply_header_text(uint64_t point_count, const std::string& properties, uint64_t face_count);
 
 }  // namespace psplit
