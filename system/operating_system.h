@@ -85,7 +85,7 @@ bool matches_pattern(const std::string& name, const std::string& pattern);
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
 
-// The exit codes of a process that ends here: those of gltf-psplit for kIo and kMayPass.
+// The exit codes of a process that ends here: gltf-psplit's codes for kIo and kMayPass.
 inline constexpr int kExitIo = 2, kExitMayPass = 75;
 
 // While it exists, SIGTERM, SIGINT and SIGHUP (on Windows: Ctrl-C, Ctrl-Break and the end of the console) end
