@@ -1,6 +1,6 @@
 // What the tests read: the built package, stock Draco, and files.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync } from 'node:fs';
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -96,12 +96,14 @@ export function* corpus_streams() {
     for (const { bytes } of compressed_primitives(file, 'KHR_draco_mesh_compression')) yield [file, bytes];
 }
 
-// A new mesh with normals and texture coordinates, in patches: use(file) gets the GLB.
-export function with_asset(faces, options, use) {
+// A mesh in patches: use(file) gets the GLB. `source` has the number of faces of a new mesh with normals and texture coordinates, or the
+// bytes of a GLB.
+export function with_asset(source, options, use) {
   const folder = mkdtempSync(path.join(tmpdir(), 'psplit-container-')), file = (name) => path.join(folder, name);
   const run = (...arguments_) => execFileSync(gltf_psplit, [...arguments_, '-q']);
   try {
-    run('generate', file('mesh.glb'), '--shape', 'terrain', '--faces', String(faces), '--seed', '1', '--normals', '--texcoords');
+    if (typeof source === 'number') run('generate', file('mesh.glb'), '--shape', 'terrain', '--faces', String(source), '--seed', '1', '--normals', '--texcoords');
+    else writeFileSync(file('mesh.glb'), source);
     run('encode', file('mesh.glb'), file('patches.glb'), ...options);
     return use(file('patches.glb'));
   } finally {
@@ -109,8 +111,8 @@ export function with_asset(faces, options, use) {
   }
 }
 // The container of one, and its attributes.
-export const make_container = (faces, patch_faces, ...options) =>
-  with_asset(faces, ['--patch-faces', String(patch_faces), ...options], (file) => compressed_primitives(file, 'PSPLIT_mesh_draco_patches')[0]);
+export const make_container = (source, patch_faces, ...options) =>
+  with_asset(source, ['--patch-faces', String(patch_faces), ...options], (file) => compressed_primitives(file, 'PSPLIT_mesh_draco_patches')[0]);
 
 // The same numbers for the same seed.
 export function random_numbers(seed) {

@@ -14,6 +14,8 @@ import { createGpuDecoder, request_device, skip as no_gpu } from './webgpu_devic
 const folder = path.join(root, 'build/web/gpu');
 const kKinds = { default: ['--always-patches'], 440: ['--patch-faces', '440'], 1200: ['--patch-faces', '1200'],
   slow: ['--always-patches', '--encode-speed', '3'] };
+// Exit codes of gltf-psplit.
+const kMalformed = 3, kUnsupported = 5;
 const kBatchBytes = 30000, kFewBytes = 8000, kEach = 8;
 
 /** The reason why there is nothing to compare, or false. */
@@ -25,7 +27,10 @@ export function make_batches(some) {
   for (const [kind, options] of Object.entries(kKinds)) {
     const gltf = path.join(corpus_folder, 'gltf'), out = path.join(folder, kind);
     rmSync(out, { recursive: true, force: true });
-    spawnSync(gltf_psplit, ['batch', '-q', '-o', out, '--base', gltf, '--images', 'reference', ...options, path.join(gltf, '**/*.glb'), path.join(gltf, '**/*.gltf')]);
+    const { status, stderr, error } = spawnSync(gltf_psplit, ['batch', '-q', '-o', out, '--base', gltf, '--images', 'reference', ...options, path.join(gltf, '**/*.glb'), path.join(gltf, '**/*.gltf')], { encoding: 'utf8', maxBuffer: 1 << 28 });
+    // Some assets of the corpus are malformed, or of kinds that are not encoded: the first of them gives the code.
+    if (error !== undefined || ![0, kMalformed, kUnsupported].includes(status)) throw error ?? new Error(`gltf-psplit batch, ${kind}: exit code ${status}\n${stderr}`);
+    const before = batches.flat().length;
     let count = 0, bytes_of_batch = 0;
     for (const file of files_below(out, /\.(glb|gltf)$/))
       for (const [i, { bytes, attributes }] of compressed_primitives(file, 'PSPLIT_mesh_draco_patches').entries()) {
@@ -33,6 +38,7 @@ export function make_batches(some) {
         if ((bytes_of_batch += bytes.length) > kBatchBytes && batches.at(-1).length > 0) batches.push([]), (bytes_of_batch = bytes.length);
         batches.at(-1).push({ name: `${kind}/${path.relative(out, file)}, primitive ${i}`, bytes: bytes.slice(), attributes });
       }
+    if (batches.flat().length === before) throw new Error(`${kind}: no containers`);
   }
   return batches;
 }

@@ -18,7 +18,7 @@ function find_dawn() {
 }
 const file = find_dawn();
 const dawn = file === null || !existsSync(process.env.VK_DRIVER_FILES) ? null : await import(pathToFileURL(file));
-// It must not be collected: its devices do not keep it.
+// It must not be collected: its devices do not keep it, and the process crashes when one is used then.
 globalThis.gpu_of_tests = null;
 if (dawn !== null) {
   Object.assign(globalThis, dawn.globals);

@@ -2,7 +2,7 @@
 import { PsplitError } from './error.js';
 import { kTypes } from './types.js';
 
-const invalid = (message) => new PsplitError(message, 'invalid-input');
+export const invalid = (message) => new PsplitError(message, 'invalid-input');
 
 export function bytes_of(data) {
   const is_shared = typeof SharedArrayBuffer !== 'undefined' && data instanceof SharedArrayBuffer;

@@ -30,7 +30,7 @@ export interface GpuAttribute {
   bits?: number;
   scale?: number;
   origin?: number[];
-  /** The bounds of quantized positions that the GPU decoded. */
+  /** The bounds of quantized positions that the GPU decoded, if all patches have one grid. */
   min?: number[];
   max?: number[];
 }
@@ -55,7 +55,7 @@ export interface GpuDecoderOptions {
   /** Whether WebAssembly decodes if there is no device, if its limits are too small, and when it fails or is lost. */
   fallback?: 'wasm';
   /**
-   * The device memory, in bytes, for decoding streams at one time. By default 128 MiB, or less if the device's limits require it.
+   * The device memory, in bytes (0 or more), for decoding streams at one time. By default 128 MiB, or less if the device's limits require it.
    */
   memory?: number;
 }

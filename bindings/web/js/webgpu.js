@@ -1,9 +1,9 @@
 // Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. What the shaders do not decode, and what is broken, goes through
 // the WebAssembly decoder. docs/webgpu.md has what goes which way.
 import { PsplitError } from './error.js';
-import { bytes_of, check_signal, make_job, or_abort } from './job.js';
+import { bytes_of, check_signal, invalid, make_job, or_abort } from './job.js';
 import { array_of } from './types.js';
-import { Batch, batches_of } from './webgpu/batch.js';
+import { Batch, batches_of, fits, have_one_grid, in_words } from './webgpu/batch.js';
 import { ContainerPlan } from './webgpu/container_plan.js';
 import { Refusal } from './webgpu/refusal.js';
 import { code, stages } from './webgpu/shaders.js';
@@ -76,7 +76,7 @@ async function read_buffer(device, source, offset = 0, size = source.size - offs
 class GpuDecoder {
   #device;
   #options;
-  #lost = null;  // why
+  #lost = null;  // the error then
   #decoder;      // what a batch needs
 
   constructor(device, options, parts) {
@@ -84,8 +84,8 @@ class GpuDecoder {
     this.#options = options;
     if (device === null) return;
     const { maxStorageBufferBindingSize, maxBufferSize } = device.limits, most_bytes = Math.min(maxStorageBufferBindingSize, maxBufferSize);
-    this.#decoder = { device, ...parts, most_bytes, most_memory: Math.min(most_bytes, options.memory ?? kMostMemory), streams_per_group: kStreamsPerGroup };
-    device.lost.then(({ reason, message }) => (this.#lost = message || reason));
+    this.#decoder = { device, ...parts, most_bytes, most_memory: Math.min(most_bytes, options.memory), streams_per_group: kStreamsPerGroup };
+    device.lost.then(({ reason, message }) => (this.#lost = failed(`the GPU device was lost: ${message || reason}`)));
   }
 
   get device() {
@@ -95,15 +95,16 @@ class GpuDecoder {
   async decode(data, options) {
     const { attributes, as = 'float32', signal } = options ?? {};
     check_signal(signal);
-    if (as !== 'float32' && as !== 'quantized') throw new PsplitError("the option `as` is neither 'float32' nor 'quantized'", 'invalid-input');
+    if (as !== 'float32' && as !== 'quantized') throw invalid("the option `as` is neither 'float32' nor 'quantized'");
     const is_list = Array.isArray(data), list = is_list ? data : [data];
-    const meshes = await this.#decode_all(list, list.map((_, i) => (is_list && Array.isArray(attributes?.[0]) ? attributes[i] : attributes)), as, signal);
+    const is_list_of_lists = is_list && attributes?.some?.((one) => one == null || Array.isArray(one));
+    const meshes = await this.#decode_all(list, list.map((_, i) => (is_list_of_lists ? attributes[i] : attributes)), as, signal);
     return is_list ? meshes : meshes[0];
   }
 
   async #decode_all(list, requests, as, signal) {
     const meshes = [], jobs = [];
-    let on_device = Promise.resolve();
+    let on_device = Promise.resolve(), by_wasm = on_device;
     try {
       for (const [i, data] of list.entries()) {
         const source = await or_abort(this.#source(data), signal), { attributes } = make_job('container', source.bytes, { attributes: requests[i] });
@@ -113,12 +114,12 @@ class GpuDecoder {
       for (const [i, job] of jobs.entries()) {
         // Of several containers, a broken one is not the others' failure.
         const failure = (error) => (jobs.length > 1 && error.code !== 'aborted' ? error : Promise.reject(error));
-        meshes[i] ??= await or_abort(this.#decode_by_wasm(job), signal).catch(failure);
+        meshes[i] ??= await or_abort(by_wasm = this.#decode_by_wasm(job), signal).catch(failure);
       }
       return meshes;
     } catch (error) {
-      // What the device has begun goes on.
-      on_device.catch(() => {}).then(() => meshes.forEach((mesh) => mesh?.destroy?.()));
+      // What the device or WebAssembly has begun goes on.
+      Promise.allSettled([on_device, by_wasm]).then(([, { value }]) => [...meshes, value].forEach((mesh) => mesh?.destroy?.()));
       throw error;
     }
   }
@@ -130,18 +131,21 @@ class GpuDecoder {
     if (buffer === undefined) return { bytes: bytes_of(data) };
     if (this.#device === null) throw failed('a buffer of a GPU, but no GPU device');
     const { offset = 0, byteLength = buffer.size - offset } = data === buffer ? {} : data, front = offset % 4;
-    const bytes = await read_buffer(this.#device, buffer, offset - front, Math.ceil((front + byteLength) / 4) * 4);
+    // Copies are of whole words.
+    if (![offset, byteLength].every((value) => Number.isInteger(value) && value >= 0) || in_words(offset + byteLength) > buffer.size ||
+      !(buffer.usage & GPUBufferUsage.COPY_SRC))
+      throw invalid('the GPU buffer has no such words, or no COPY_SRC');
+    const bytes = await read_buffer(this.#device, buffer, offset - front, in_words(front + byteLength));
     return { bytes: new Uint8Array(bytes, front, byteLength), buffer, offset };
   }
 
   async #decode_on_device(jobs, as, meshes, signal) {
-    if (this.#lost !== null) return this.#give_up(`the GPU device was lost: ${this.#lost}`, jobs);
+    if (this.#lost !== null) return this.#give_up(this.#lost, jobs);
     const { most_bytes, most_memory } = this.#decoder, plans = [];
     for (const job of jobs) {
       try {
         job.plan = new ContainerPlan(job.bytes, job.attributes, as, most_memory / 4);
-        const { byte_count, result_words } = job.plan;
-        if (Math.max(byte_count + 8, 4 * result_words) > most_bytes) throw new Refusal('more bytes than a buffer of the device has');
+        if (!fits(job.plan, most_bytes)) throw new Refusal('more bytes than a buffer of the device has');
         plans.push(job.plan);
       } catch (error) {
         if (!(error instanceof Refusal)) throw error;
@@ -155,19 +159,20 @@ class GpuDecoder {
       try {
         await this.#run(of_batch, jobs, meshes);
       } catch (error) {
-        this.#give_up(error.message, of_batch);
+        this.#give_up(error instanceof PsplitError ? error : failed(error.message), of_batch);
       }
     }
   }
   // Leaves jobs to WebAssembly if the caller wants that.
-  #give_up(why, jobs) {
-    if (this.#options.fallback !== 'wasm') throw this.#lost === null && /memory/.test(why) ? new PsplitError(why, 'out-of-memory') : failed(why);
-    for (const job of jobs) job.why = why;
+  #give_up(error, jobs) {
+    if (this.#options.fallback !== 'wasm') throw error;
+    for (const job of jobs) job.why = error.message;
   }
 
   async #run(of_batch, jobs, meshes) {
     const device = this.#device, taken = new Map(), batch = new Batch(this.#decoder, of_batch.map(({ plan }) => plan));
-    const scopes = ['internal', 'out-of-memory', 'validation'];
+    // What memory ran out for is invalid as well.
+    const scopes = ['validation', 'internal', 'out-of-memory'];
     for (const filter of scopes) device.pushErrorScope(filter);
     let errors, states, problem;
     try {
@@ -179,11 +184,11 @@ class GpuDecoder {
     } finally {
       batch.destroy();
     }
-    const found = (await Promise.all(errors ?? [])).find((error) => error !== null);
-    if (found !== undefined || problem !== undefined || this.#lost !== null) {
+    const [memory, internal, validation] = await Promise.all(errors ?? []), found = memory ?? internal ?? validation ?? problem;
+    if (found !== undefined || this.#lost !== null) {
       for (const buffers of taken.values()) for (const buffer of buffers) buffer.destroy();
       await null;  // a loss is noticed first
-      throw failed(this.#lost !== null ? `the GPU device was lost: ${this.#lost}` : `the GPU failed: ${(found ?? problem).message}`);
+      throw this.#lost ?? new PsplitError(`the GPU failed: ${found.message}`, memory ? 'out-of-memory' : 'failed');
     }
     for (const job of of_batch) {
       const { plan } = job, buffers = taken.get(plan);
@@ -209,21 +214,29 @@ class GpuDecoder {
   }
 
   async #decode_by_wasm({ bytes, attributes, why }) {
-    const mesh = await decode_by_wasm(bytes, attributes), { faceCount, pointCount } = mesh;
+    const mesh = await decode_by_wasm(bytes, attributes), { faceCount, pointCount } = mesh, uploaded = [];
     const upload = (array, componentCount, is_index) => {
       if (this.#device === null || this.#lost !== null) return undefined;
-      const width = array.BYTES_PER_ELEMENT, stride = Math.ceil((width * componentCount) / 4) * 4;
-      const buffer = this.#result_buffer(Math.max((array.length / componentCount) * stride, 4), is_index, true), range = buffer.getMappedRange();
+      const width = array.BYTES_PER_ELEMENT, stride = in_words(width * componentCount);
+      const buffer = this.#result_buffer(Math.max((array.length / componentCount) * stride, 4), is_index, true);
+      uploaded.push(buffer);
+      const range = buffer.getMappedRange();
       const out = new array.constructor(range, 0, Math.floor(range.byteLength / width)), step = stride / width;
       if (step === componentCount) out.set(array);
       else for (let k = 0; k < array.length; ++k) out[Math.floor(k / componentCount) * step + (k % componentCount)] = array[k];
       buffer.unmap();
       return buffer;
     };
-    const fields = { way: 'wasm', why, faceCount, pointCount, indices: { buffer: upload(mesh.indices, 3, true), format: 'uint32', count: 3 * faceCount },
-      attributes: mesh.attributes.map(({ name, uniqueId, type, componentCount, normalized, array }) => ({ name, uniqueId, type, componentCount,
-        normalized, stride: Math.ceil((bytes_of_type(type) * componentCount) / 4) * 4, buffer: upload(array, componentCount, false) })) };
-    return new GpuMesh(this.#device, fields, fields.indices.buffer === undefined ? mesh : undefined);
+    try {
+      const fields = { way: 'wasm', why, faceCount, pointCount, indices: { buffer: upload(mesh.indices, 3, true), format: 'uint32', count: 3 * faceCount },
+        attributes: mesh.attributes.map(({ name, uniqueId, type, componentCount, normalized, array }) => ({ name, uniqueId, type, componentCount,
+          normalized, stride: in_words(bytes_of_type(type) * componentCount), buffer: upload(array, componentCount, false) })) };
+      return new GpuMesh(this.#device, fields, fields.indices.buffer === undefined ? mesh : undefined);
+    } catch (error) {
+      for (const buffer of uploaded) buffer.destroy();
+      // Only a lack of memory keeps a buffer from being mapped at its creation.
+      throw new PsplitError(error.message, 'out-of-memory');
+    }
   }
 }
 
@@ -237,7 +250,7 @@ function mesh_of(plan, [indices, ...buffers], states) {
     Object.assign(attribute, is_grid ? { bits, scale, origin } : {});
     // To the bit what shaders write: a float times a float is exact in a double.
     const value = (at, k) => Math.fround(Math.fround(Math.fround((states[at] ^ 0x80000000) | 0) * scale) + origin[k]);
-    if (is_bounded && plan.point_count > 0)
+    if (is_bounded && plan.point_count > 0 && have_one_grid(plan, grids, states))
       Object.assign(attribute, { min: [0, 1, 2].map((k) => value(bounds + k, k)), max: [0, 1, 2].map((k) => value(bounds + 3 + k, k)) });
     return attribute;
   });
@@ -246,8 +259,9 @@ function mesh_of(plan, [indices, ...buffers], states) {
 }
 
 export async function createGpuDecoder(device, options) {
-  const { fallback, memory } = options ?? {};
-  if (fallback !== undefined && fallback !== 'wasm') throw new PsplitError("the option `fallback` is not 'wasm'", 'invalid-input');
+  const { fallback, memory = kMostMemory } = options ?? {};
+  if (fallback !== undefined && fallback !== 'wasm') throw invalid("the option `fallback` is not 'wasm'");
+  if (typeof memory !== 'number' || !(memory >= 0)) throw invalid('the option `memory` is not a number');
   const without = (why) => {
     if (fallback !== 'wasm') throw failed(why);
     return new GpuDecoder(null, { fallback });

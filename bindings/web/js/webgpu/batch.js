@@ -3,21 +3,32 @@ import { kBoundsWords, kGridWords, kNone, kStateWords, Layout } from './layout.j
 import { stages } from './shaders.js';
 
 const kUniformBytes = 256;
-const in_words = (bytes) => Math.ceil(bytes / 4) * 4;
+export const in_words = (bytes) => Math.ceil(bytes / 4) * 4;
 // What shaders load together with the last byte.
 const kBeyond = 8;
 
-/** Plans that fit a batch each, in order. */
+// The bytes of each buffer that grows with the containers of a batch. A stream has one window at most.
+const buffer_sizes = (plan) => [in_words(plan.byte_count), kUniformBytes * plan.stream_count, ...plan.sizes.map((words) => 4 * words)];
+const all_fit = (sizes, most_bytes) => sizes.every((size) => size + kBeyond <= most_bytes);
+/** Whether a plan fits a batch of its own. */
+export const fits = (plan, most_bytes) => all_fit(buffer_sizes(plan), most_bytes);
+/** Plans that fit a batch each, in order, by batches. */
 export function batches_of(plans, most_bytes) {
   const batches = [];
-  let sums = null;
+  let sums = [Infinity];
   for (const plan of plans) {
-    const sizes = [in_words(plan.byte_count), 4 * plan.result_words, 4 * 256 * plan.stream_count, 4 * plan.point_count];
-    if (sums === null || sums.some((sum, i) => sum + sizes[i] + kBeyond > most_bytes)) batches.push([]), (sums = [0, 0, 0, 0]);
-    sizes.forEach((size, i) => (sums[i] += size));
+    const sizes = buffer_sizes(plan), together = sizes.map((size, i) => size + (sums[i] ?? 0));
+    if (all_fit(together, most_bytes)) sums = together;
+    else batches.push([]), (sums = sizes);
     batches.at(-1).push(plan);
   }
   return batches;
+}
+
+/** Whether the quantized values of all streams lie on one grid. */
+export function have_one_grid({ stream_count }, grids, states) {
+  for (let k = kGridWords; k < kGridWords * stream_count; ++k) if (states[grids + k] !== states[grids + (k % kGridWords)]) return false;
+  return true;
 }
 
 export class Batch {
@@ -112,13 +123,10 @@ export class Batch {
     pass.dispatchWorkgroups(groups, by === 'stream' ? 1 : most);
   }
 
-  /** Whether the streams of a container decoded, and lie on one grid. */
+  /** Whether the streams of a container decoded, and places that are written lie on one grid. */
   is_fine(plan, states) {
     for (let i = 0; i < plan.stream_count; ++i) if (states[kStateWords * (plan.first_stream + i)] !== 0) return false;
-    return plan.outputs.every(({ is_grid, grids }) => {
-      for (let k = kGridWords; is_grid && k < kGridWords * plan.stream_count; ++k) if (states[grids + k] !== states[grids + (k % kGridWords)]) return false;
-      return true;
-    });
+    return plan.outputs.every(({ is_grid, grids }) => !is_grid || have_one_grid(plan, grids, states));
   }
 
   destroy() {

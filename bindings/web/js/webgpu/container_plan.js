@@ -2,7 +2,7 @@
 // device. A container that the device does not decode is refused.
 import { kSemantics, kTypes } from '../types.js';
 import { are_justified, read_directory } from './directory.js';
-import { kBoundsWords, kGridWords, kNone, stream_words } from './layout.js';
+import { kBoundsWords, kGridWords, kNone, kStateWords, record_words, stream_words } from './layout.js';
 import { refuse } from './refusal.js';
 import { read_stitch_map } from './stitch_map.js';
 import { kCodingInteger, kCodingQuantized, read_stream_head } from './stream_head.js';
@@ -71,6 +71,15 @@ export class ContainerPlan {
   /** The words of results. */
   get result_words() {
     return 3 * this.face_count + this.outputs.reduce((sum, { stride }) => sum + stride * this.point_count, 0);
+  }
+
+  /** The words that the container takes of a batch: of plan, streams, attributes, walks, results and states. */
+  get sizes() {
+    const sizes = [0, 0, 0, 0, this.result_words, kStateWords * this.stream_count];
+    this.#heads.forEach((head, i) => record_words(head, this.#row(i), this.#stitch[i]).forEach((words, k) => (sizes[k] += words)));
+    for (const { coding, is_bounded } of this.outputs)
+      sizes[5] += (coding === kCodingQuantized ? kGridWords * this.stream_count : 0) + (is_bounded ? kBoundsWords : 0);
+    return sizes;
   }
 
   #row(i) {

@@ -86,6 +86,11 @@ function attribute_words(attribute, row) {
   return kHeadWords + 2 * values + 2 * slot_room(values, row) + 2 + (1 << bucket_bits(values));
 }
 
+/** The words of a stream's records in a batch: of lists in `plan`, of itself, of its attributes, and of its walk. */
+export const record_words = ({ events, seams, lists, groups, attributes }, { point_count }, { runs, pairs }) => [
+  3 * events.length + 4 * (1 + seams.length) + lists.length + lists.flat().length + kGroupWords * groups.length + runs.length + pairs.length,
+  kStreamFields.length, kAttributeFields.length * attributes.length, point_count];
+
 /** The words of memory that a stream takes. */
 export function stream_words(head, row) {
   const { face_count, point_count, reference_count } = row;

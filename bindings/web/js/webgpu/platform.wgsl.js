@@ -1,5 +1,5 @@
 // What WGSL lacks, and what all stages share: bytes, views with bounds, products of 64 bits, and the numbers of corners. The stages
-// are those of src/core, and have the names of its files; decoder.js says in which order they run.
+// are those of src/core, and have the names of its files; shaders.js says in which order they run.
 //
 // Every loop ends after as many steps as the counts of a stream allow, also if the stream is broken, and every load and store is
 // clamped to its view: a stream that is broken changes its own memory only.

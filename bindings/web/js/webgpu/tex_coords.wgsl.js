@@ -1,7 +1,8 @@
 // Values that are predicted from positions (src/core/tex_coords.h): a triangle in the texture has the shape of the triangle in space. All
 // numbers are integers, of 64 bits where they are products.
 export const tex_coords = /* wgsl */ `
-// Coordinates of more bits, of which no product below would fit, are left to WebAssembly.
+// The most that coordinates may be. Positions are -2^18 or more, as integers of 16 bits are. Then the CPU refuses no triangle: steps in space
+// are at most 5/4 * 2^20, so a sum of three products of three of them fits 63 bits. All else is left to WebAssembly.
 const kMostCoordinate = 1 << 20;
 
 // Integer positions, at the corners of an attribute that is predicted from them.
@@ -30,7 +31,7 @@ fn predict_from_positions(@builtin(global_invocation_id) id: vec3u) {
   let position_table = table_of(s, i, group_of(s, of_positions.group));
   let positions = Positions(table, position_table, values_of(of_positions), position_table.vertex.x != s.vertex);
   for (var k = 0u; k < 3u * position_table.count; k++) {
-    if (u32(i32(load(positions.values, k)) + kMostCoordinate) > 2u * u32(kMostCoordinate)) {
+    if (load(positions.values, k) + (1u << 18u) > (5u << 18u)) {
       fail(i);
       return;
     }
@@ -86,6 +87,8 @@ fn predict_tex_coords(a: Attribute, table: Table, positions: Positions, count: u
     let s = wrapped(predicted.x, signed_of_symbol(load(corrections, 2u * k)), low, high);
     let t = wrapped(predicted.y, signed_of_symbol(load(corrections, 2u * k + 1u)), low, high);
     last = vec2i(s, t);
+    // Broken corrections lead out of the range.
+    if (any(clamp(last, vec2i(low), vec2i(high)) != last)) { return false; }
     let out = 2u * load(table.vertex, tip);
     store(values, out, u32(s));
     store(values, out + 1u, u32(t));
