@@ -1,14 +1,14 @@
 // What the start of a viewer sees: the first decode of a process, many tiny streams, and a pool that wakes.
 // scripts/first-decode runs it.
 //
-//   first_decode --write FOLDER FILE...      writes samples, FOLDER/NAME.json and .bin: what each codec stores
-//   of
-//                                            built-in meshes, and of glTF assets
-//   first_decode CODEC THREADS SAMPLE        a process that decodes SAMPLE.CODEC; prints a line of JSON
+//   first_decode --write FOLDER FILE...      encodes built-in meshes and glTF assets by each codec, and writes
+//                                            FOLDER/NAME.json and .bin
+//   first_decode CODEC THREADS SAMPLE        decodes SAMPLE.CODEC, and prints a line of JSON
 //
-// CODEC is psplit, libdraco or meshoptimizer. Milliseconds of wall clock: of the first decode, which includes
-// making the pool and getting memory from the system; of the second; the least of those that follow; and the
-// median of decodes after the process slept, so that threads must wake and caches are others'.
+// CODEC is psplit, libdraco or meshoptimizer. The line has milliseconds of wall clock. The first decode
+// includes making the pool and getting memory from the system. After it come the second decode, the least of
+// the later ones, and the median of decodes after a sleep, when threads must wake and other programs used the
+// caches.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -177,7 +177,6 @@ class Corrections {
     return {of_.group.table.table, of_.position_group->table.table, of_.group.sequence, of_.positions->values,
             of_.position_group->table.has_seams};
   }
-  uint32_t face_count() const { return static_cast<uint32_t>(of_.group.table.table.opposite.size() / 4); }
 
   core::Arena take_arena(size_t bytes) {
     memory_.reset(new uint8_t[bytes]);

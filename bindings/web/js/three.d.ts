@@ -41,8 +41,8 @@ export interface PsplitPluginOptions {
   onPart?(part: DecodedPart, primitive: { mesh: number; primitive: number }): void;
   /**
    * With loadStreaming: leaves patches out, as in `decodeUrl` of psplit. The geometry then has only the chosen patches, in the
-   * chosen order; bounds that the file states are those of the whole mesh. It is not called for primitives whose morph targets or
-   * attributes are outside of the patches; these load whole.
+   * chosen order, but the file states the bounds of the whole mesh. `choose` is not called for primitives that have morph targets
+   * or attributes outside of their patches; these primitives load whole.
    */
   choose?: ChoosePatches | null;
   /**

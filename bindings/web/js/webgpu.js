@@ -1,5 +1,5 @@
-// Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. What the shaders do not decode, and what is broken, goes through
-// the WebAssembly decoder. docs/webgpu.md has what goes which way.
+// Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. The WebAssembly decoder takes broken
+// containers, and those that the shaders do not support; docs/webgpu.md lists them.
 import { PsplitError } from './error.js';
 import { bytes_of, check_signal, invalid, make_job, or_abort } from './job.js';
 import { array_of } from './types.js';

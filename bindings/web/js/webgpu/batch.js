@@ -65,7 +65,7 @@ export class Batch {
    * Submits all work.
    * @param {(plan: object) => { bytes: Uint8Array, buffer?: GPUBuffer, offset?: number }} source_of where a container's bytes are
    * @param {(plan: object, copy: (buffer: GPUBuffer, place: number) => void) => void} take_results copies results out
-   * @returns {Promise<Uint32Array>} the states of streams, and what is behind them
+   * @returns {Promise<Uint32Array>} the states of the streams, followed by their grids and bounds
    */
   async run(source_of, take_results) {
     const { STORAGE, COPY_DST, COPY_SRC, UNIFORM, MAP_READ } = GPUBufferUsage, layout = this.#layout, device = this.#device;
