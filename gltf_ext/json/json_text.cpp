@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <utility>
 #include <vector>
 
 #include "gltf_ext/json/text_encoding.h"
@@ -45,51 +46,101 @@ std::string place_in(std::string_view text, size_t at) {
   return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
 }
 
-bool is_part_of_number(char c) {
-  return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
-}
-
 // Up to this many characters, digits are the fewest.
 constexpr size_t kMostFewest = 16;
 
-// nlohmann's digits give the number back, but in one of some thousand numbers they are not the fewest. An asset
-// that stays as it is would grow by that.
-void append_number(std::string_view number, std::string& to) {
-  std::array<char, 32> digits;
-  if (number.size() > kMostFewest && number.find('.') != number.npos) {
-    const auto value = Json::parse(number.begin(), number.end()).get<double>();
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-    const std::string_view fewest(digits.data(), static_cast<size_t>(end - digits.data()));
-    if (fewest.size() < number.size() && fewest.find('.') != fewest.npos) number = fewest;
-  }
-  to += number;
-}
+// Writes JSON as nlohmann's library does, which looks at each character of a string.
+class TextWriter {
+ public:
+  // `indent` spaces for each level; all in one line if it is negative.
+  explicit TextWriter(int indent) : indent_(indent) {}
 
-std::string text_of(const Json& json, int indent) {
-  std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
-  std::string result;
-  size_t copied = 0;  // up to here, the text is in the result
-  for (size_t i = 0; i < text.size();) {
-    size_t end = i + 1;
-    if (text[i] == '"') {
-      for (; text[end] != '"'; ++end)
-        if (text[end] == '\\') ++end;
-      ++end;
-    } else if (is_part_of_number(text[i])) {
-      while (end < text.size() && is_part_of_number(text[end])) ++end;
-      if (end - i > kMostFewest) {
-        if (copied == 0) result.reserve(text.size());
-        result.append(text, copied, i - copied);
-        append_number(std::string_view(text).substr(i, end - i), result);
-        copied = end;
+  std::string write(const Json& json) && {
+    add(json);
+    return std::move(text_);
+  }
+
+ private:
+  void add(const Json& json) {
+    switch (json.type()) {
+      case Json::value_t::object:
+        add_all(*json.get_ptr<const Json::object_t*>(), '{', '}', [&](const auto& member) {
+          add_string(member.first);
+          text_ += indent_ < 0 ? ":" : ": ";
+          add(member.second);
+        });
+        break;
+      case Json::value_t::array:
+        add_all(*json.get_ptr<const Json::array_t*>(), '[', ']', [&](const Json& element) { add(element); });
+        break;
+      case Json::value_t::string: add_string(*json.get_ptr<const Json::string_t*>()); break;
+      case Json::value_t::number_float: add_float(json); break;
+      case Json::value_t::number_integer: add_integer(*json.get_ptr<const int64_t*>()); break;
+      case Json::value_t::number_unsigned: add_integer(*json.get_ptr<const uint64_t*>()); break;
+      default: text_ += json.dump();
+    }
+  }
+
+  template <typename List, typename Add>
+  void add_all(const List& list, char begin, char end, const Add& add_one) {
+    text_ += begin;
+    ++depth_;
+    bool is_first = true;
+    for (const auto& one : list) {
+      if (!std::exchange(is_first, false)) text_ += ',';
+      begin_line();
+      add_one(one);
+    }
+    --depth_;
+    if (!is_first) begin_line();
+    text_ += end;
+  }
+
+  void begin_line() {
+    if (indent_ < 0) return;
+    text_ += '\n';
+    text_.append(depth_ * static_cast<size_t>(indent_), ' ');
+  }
+
+  // Most strings are names that have no character to escape.
+  void add_string(const std::string& string) {
+    const bool is_plain = std::ranges::all_of(
+        string, [](char c) { return c >= ' ' && c < '\x7f' && c != '"' && c != '\\'; });
+    if (!is_plain) {
+      text_ += Json(string).dump(-1, ' ', false, Json::error_handler_t::replace);
+      return;
+    }
+    text_ += '"';
+    text_ += string;
+    text_ += '"';
+  }
+
+  template <typename Integer>
+  void add_integer(Integer number) {
+    std::array<char, 24> digits;
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+  }
+
+  // nlohmann's digits give the number back, but in one of some thousand numbers they are not the fewest. An
+  // asset that stays as it is would grow by that.
+  void add_float(const Json& json) {
+    const std::string number = json.dump();
+    if (number.size() > kMostFewest && number.find('.') != number.npos) {
+      std::array<char, 32> digits;
+      const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), json.get<double>()).ptr;
+      const std::string_view fewest(digits.data(), static_cast<size_t>(end - digits.data()));
+      if (fewest.size() < number.size() && fewest.find('.') != fewest.npos) {
+        text_ += fewest;
+        return;
       }
     }
-    i = end;
+    text_ += number;
   }
-  if (copied == 0) return text;
-  result.append(text, copied);
-  return result;
-}
+
+  const int indent_;
+  size_t depth_ = 0;
+  std::string text_;
+};
 
 }  // namespace
 
@@ -106,8 +157,8 @@ Expected<Json> parse_json(std::string_view text) {
   }
 }
 
-std::string json_line(const Json& json) { return text_of(json, -1); }
-std::string json_lines(const Json& json) { return text_of(json, 2); }
+std::string json_line(const Json& json) { return TextWriter(-1).write(json); }
+std::string json_lines(const Json& json) { return TextWriter(2).write(json); }
 
 bool is_utf8(const std::string& text) {
   try {

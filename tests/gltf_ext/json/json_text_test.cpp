@@ -24,6 +24,17 @@ TEST(JsonText, NumbersHaveTheFewestDigits) {
   }
 }
 
+TEST(JsonText, IsThatOfTheLibrary) {
+  const Json json = {{"none", nullptr},
+                     {"flags", {true, false}},
+                     {"empty", {{"object", Json::object()}, {"array", Json::array()}}},
+                     {"integers", {0, -1, INT64_MIN, INT64_MAX, UINT64_MAX}},
+                     {"floats", {0.5, -2.0, 1e-300, std::nan("")}},
+                     {"a \"name\" \\ \n\t\x01\x7f", "\xC3\xA4, a broken \xC3 and \xF0\x9F\x98\x80"}};
+  EXPECT_EQ(json_line(json), json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  EXPECT_EQ(json_lines(json), json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
 TEST(JsonText, ErrorsSayWhere) {
   EXPECT_EQ(error_of("{\"a\": 1,\n \"b\": [,]}"), "not valid JSON: line 2, column 8");
   EXPECT_EQ(error_of("{\n"), "not valid JSON: line 2, column 1");

@@ -34,7 +34,7 @@ TEST(BatchReport, CountsAndAddsUp) {
 
 TEST(BatchReport, TotalsCountWhatWasUpToDate) {
   BatchOutcome known = kUpToDate;
-  known.recorded = figures_of(encoded("c.glb", 1), BatchVerb::kEncode);
+  known.figures = figures_of(encoded("c.glb", 1), BatchVerb::kEncode);
   EXPECT_EQ(tally_of({encoded("a.glb", 20), known}).summary("out", 0),
             "out: 2 assets, 1 encoded, 1 up to date, 0 failed\n"
             "600 kB from 6.00 MB (10.0 %); 10 patches\n");

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "gltf_ext/document/image_bytes.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
@@ -54,6 +55,20 @@ std::vector<fs::path> record_files(const fs::path& folder) {
   return files;
 }
 
+Expected<OutputFiles> hash_files(std::span<const fs::path> files) {
+  OutputFiles output;
+  ContentHash hash;
+  for (const fs::path& file : files) {
+    const Expected<MappedFile> bytes = MappedFile::open(file);
+    if (!bytes) return bytes.status();
+    hash.add_framed(bytes->bytes());
+    output.paths.push_back(file.string());
+    output.bytes.files += bytes->bytes().size();
+  }
+  output.hash = hash.hex();
+  return output;
+}
+
 }  // namespace
 
 std::string hash_asset(const Document& document) {
@@ -71,17 +86,26 @@ std::string hash_asset(const Document& document) {
   return hash.hex();
 }
 
-Expected<OutputHash> hash_output(const fs::path& path) {
-  Expected<Document> document = read_document(path);
+Expected<OutputFiles> hash_output(const fs::path& path) {
+  const Expected<Document> document = read_document(path);
   if (!document) return document.status();
-  ContentHash hash;
-  hash.add_framed(hash_asset(*document));
-  for (const fs::path& file : document->files) {
-    const Expected<MappedFile> bytes = MappedFile::open(file);
-    if (!bytes) return bytes.status();
-    hash.add_framed(bytes->bytes());
-  }
-  return OutputHash{hash.hex(), std::move(*document)};
+  std::vector<fs::path> files = document->files;
+  for (const LinkedFile& link : linked_files(*document))
+    if (link.state == LinkState::kFound) files.push_back(link.path);
+  Expected<OutputFiles> output = hash_files(files);
+  if (output) output->bytes = bytes_on_disk(*document);
+  return output;
+}
+
+Expected<OutputFiles> hash_output(const fs::path& path, const Document& document,
+                                  const WriteReport& written) {
+  // Images in the JSON have moved to views.
+  const ImageBytes images = image_bytes(document.json(), {});
+  const bool is_alone = written.files.size() == 1 && images.in_json == 0 && linked_files(document).empty();
+  if (!is_alone) return hash_output(path);
+  Expected<OutputFiles> output = hash_files(written.files);
+  if (output) output->bytes.textures = images.total();
+  return output;
 }
 
 fs::path record_folder(const fs::path& output_folder) { return output_folder / kFolder; }

@@ -14,20 +14,25 @@
 #include "system/content_hash.h"
 #include "system/operating_system.h"
 #include "tools/gltf_psplit/batch/shard.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
 
 namespace psplit {
 
 // The hash of an asset: its JSON, the bytes of its buffers, and those of the image files that it refers to.
 std::string hash_asset(const Document& document);
 
-// The hash of an output: that of the asset, and of its files whole, because a reader need not see bytes that
-// were appended to them.
-struct OutputHash {
+// The files of an output, with the images and other files that it refers to, and the hash of their bytes. Whole
+// files are hashed, because a reader need not see bytes that were appended to them.
+struct OutputFiles {
   std::string hash;
-  Document document;
+  std::vector<std::string> paths;
+  AssetBytes bytes;
 };
-// Errors: as for read_document.
-Expected<OutputHash> hash_output(const std::filesystem::path& path);
+// Reads the output to find its files. Errors: as for read_document.
+Expected<OutputFiles> hash_output(const std::filesystem::path& path);
+// The same of an output that write_document has just written, without parsing it if it is one file.
+Expected<OutputFiles> hash_output(const std::filesystem::path& path, const Document& document,
+                                  const WriteReport& written);
 
 // The folder below the output folder that holds the records and the reports of all shards.
 std::filesystem::path record_folder(const std::filesystem::path& output_folder);

@@ -62,13 +62,13 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
   if (!outcome.status.ok())
     asset["error"] = {{"code", exit_code(outcome.status.code())}, {"message", outcome.status.to_string()}};
   if (is_done) {
-    asset.update(figures_of(outcome, verb));
+    asset.update(outcome.figures.is_object() ? outcome.figures : figures_of(outcome, verb));
     if (outcome.sizes.output.files > 0) append_written(asset, outcome.written);
     if (verb == BatchVerb::kEncode) asset["primitives"] = outcome.result.primitives;
     if (!outcome.result.dropped_attributes.empty())
       asset["dropped_attributes"] = outcome.result.dropped_attributes;
-  } else if (outcome.up_to_date && outcome.recorded.is_object()) {
-    asset.update(outcome.recorded);
+  } else if (outcome.up_to_date && outcome.figures.is_object()) {
+    asset.update(outcome.figures);
   }
   if (!outcome.details.is_null()) asset["result"] = outcome.details;
   if (outcome.memory > 0)

@@ -33,7 +33,7 @@ struct BatchOutcome {
   EncodeResult result{};    // only for encode
   WriteReport written{};
   AssetSizes sizes{};
-  Json recorded{};  // figures_of when the asset was done; null if the record does not say them
+  Json figures{};  // figures_of this outcome, or of the earlier one that the record has; null if unknown
   Json details{};   // what only one verb reports: findings, differences
   double wall_ms = 0;
   uint64_t memory = 0;       // the estimate that admitted it

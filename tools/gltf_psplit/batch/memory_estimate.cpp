@@ -285,4 +285,10 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::str
   return bytes_in_memory(use_of(verb, with_coarse), counts);
 }
 
+uint64_t estimate_memory(const Document& document, BatchVerb verb, bool with_coarse) {
+  AssetCounts counts = counts_of_gltf(document.records());
+  counts.bytes = bytes_on_disk(document).files;
+  return bytes_in_memory(use_of(verb, with_coarse), counts);
+}
+
 }  // namespace psplit

@@ -26,7 +26,7 @@ std::optional<std::string> base_of(const BatchItem& item) {
 
 // Whether the file is what the batch wrote, byte for byte.
 bool is_unchanged(const fs::path& file, const Json& line) {
-  const Expected<OutputHash> found = hash_output(file);
+  const Expected<OutputFiles> found = hash_output(file);
   const std::string* output = string_field(line, "output");
   return found && output != nullptr && found->hash == *output;
 }

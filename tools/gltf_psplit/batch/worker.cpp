@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
 
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/linked_files.h"
+#include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "psplit/gltf.h"
@@ -41,6 +44,18 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Reads a GLB that is small and names no other file: that takes less than to estimate its memory and to read it
+// afterwards. Nothing for other files, and for those that cannot be read.
+std::optional<Document> read_small_glb(const fs::path& path) {
+  constexpr uint64_t kMost = uint64_t{1} << 16;
+  Expected<std::vector<uint8_t>> file = read_file(path, kMost);
+  if (!file || file->size() == kMost || !is_glb(*file)) return {};
+  const std::string_view text(reinterpret_cast<const char*>(file->data()), file->size());
+  if (text.find("uri\"") != text.npos) return {};
+  Expected<Document> document = parse_document(std::move(*file), path);
+  return document ? std::optional(std::move(*document)) : std::nullopt;
+}
 
 // Thread-safe. Assets begin in the order in which they ask, so that small ones do not hold up a large one.
 class MemoryBudget {
@@ -139,7 +154,8 @@ class AssetWork {
   Expected<bool> is_up_to_date(Job& job, const std::string& key);
   bool is_checked(Job& job, const std::string& key) const;
   Status check_output(const Job& job) const;
-  Status check_report_beside(const Document& document);
+  template <typename Files>  // a document, or paths
+  Status check_report_beside(const Files& files);
 
   const BatchArguments& arguments_;
   const Session& session_;
@@ -157,7 +173,8 @@ struct AssetWork::Job {
   fs::path input{};   // the file to read
   fs::path output{};  // the file to write, or to compare with
   std::string record_name{};
-  std::string content{};  // what the plan says about the input's content; empty if it has to be read
+  std::optional<Document> document{};  // the input, if it was read before its memory was known
+  std::string content{};               // what the plan says about the input's content; empty if it has to be read
 };
 
 BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::function<void(bool)>& waits) {
@@ -204,8 +221,10 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
     job.input = std::move(*fetched);
     if (Status status = job.staged.fetch_parts(job.item); !status.ok()) return status;
   }
-  const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb, "",
-                                          arguments_.encode.options.fallback == Fallback::kCoarse);
+  const bool with_coarse = arguments_.encode.options.fallback == Fallback::kCoarse;
+  job.document = read_small_glb(job.input);
+  const uint64_t memory = job.document ? estimate_memory(*job.document, arguments_.verb, with_coarse)
+                                       : estimate_memory(job.input.string(), arguments_.verb, "", with_coarse);
   job.outcome.memory = memory;
   bool waited = false;
   const MemoryBudget::Share share = memory_.take(memory, [&] {
@@ -220,8 +239,10 @@ Status AssetWork::work_on_file(Job& job) {
   if (arguments_.verb == BatchVerb::kValidate) return validate(job);
   OriginChoice origin = arguments_.encode.origin;
   if (arguments_.verb == BatchVerb::kDecode) origin.bits = 0;
-  Expected<Document> document =
-      read_input(job.input.string(), session_, "auto", FileAccess::kRead, {}, {}, PointClouds::kRefuse, origin);
+  Expected<Document> document = job.document
+                                    ? std::move(*job.document)
+                                    : read_input(job.input.string(), session_, "auto", FileAccess::kRead, {},
+                                                 {}, PointClouds::kRefuse, origin);
   if (!document) return document.status();
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
   if (Status status = check_report_beside(*document); !status.ok()) return status;
@@ -283,20 +304,22 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
     return status;
   }
   log_written(outcome.written, session_.log, job.item.input + ": ");
-  const Expected<OutputHash> written = hash_output(job.output);
+  const Expected<OutputFiles> written = hash_output(job.output, document, outcome.written);
   if (!written) return written.status();
-  outcome.sizes.output = bytes_on_disk(written->document);
-  if (Status status = check_report_beside(written->document); !status.ok()) return status;
+  outcome.sizes.output = written->bytes;
+  if (Status status = check_report_beside(written->paths); !status.ok()) return status;
   if (!arguments_.staging.store.empty()) {
     if (outcome.written.files.size() != 1)
       return wrong_usage("--store takes one file for each asset: use --as glb and --images embed");
     if (Status status = job.staged.store(job.item, replaces); !status.ok()) return status;
   }
-  session_.log.detail(written_text(outcome.output, outcome.sizes,
-                                   arguments_.verb == BatchVerb::kEncode
-                                       ? encode_summary(outcome.result, arguments_.encode.options)
-                                       : done_word(arguments_.verb)));
-  Json details{{"figures", figures_of(outcome, arguments_.verb)}};
+  if (session_.log.shows_details())
+    session_.log.detail(written_text(outcome.output, outcome.sizes,
+                                     arguments_.verb == BatchVerb::kEncode
+                                         ? encode_summary(outcome.result, arguments_.encode.options)
+                                         : done_word(arguments_.verb)));
+  outcome.figures = figures_of(outcome, arguments_.verb);
+  Json details{{"figures", outcome.figures}};
   if (const std::string input = recorded_input(job); !input.empty()) details["input"] = input;
   return record_.add(job.record_name, {key, written->hash, std::move(details)});
 }
@@ -315,16 +338,16 @@ Status AssetWork::note_up_to_date(Job& job, const std::string& key) {
   else
     session_.log.detail(job.outcome.output + " is up to date");
   const Json line = record_.line(job.record_name, key);
-  if (const Json* figures = object_field(line, "figures")) job.outcome.recorded = *figures;
+  if (const Json* figures = object_field(line, "figures")) job.outcome.figures = *figures;
   const std::string *before = string_field(line, "input"), *output = string_field(line, "output");
   const std::string input = recorded_input(job);
   if (arguments_.dry_run || input.empty() || output == nullptr || (before != nullptr && *before == input))
     return {};
-  return record_.add(job.record_name, {key, *output, {{"figures", job.outcome.recorded}, {"input", input}}});
+  return record_.add(job.record_name, {key, *output, {{"figures", job.outcome.figures}, {"input", input}}});
 }
 
 Status AssetWork::validate(Job& job) {
-  const Expected<Document> document = read_document(job.input);
+  const Expected<Document> document = job.document ? std::move(*job.document) : read_document(job.input);
   if (!document) return document.status();
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
   const std::string key = made_from(job.content.empty() ? hash_asset(*document) : job.content);
@@ -386,15 +409,16 @@ Expected<bool> AssetWork::is_up_to_date(Job& job, const std::string& key) {
     if (!back) return false;  // it is stored again
     file = std::move(*back);
   }
-  const Expected<OutputHash> output = hash_output(file);
+  const Expected<OutputFiles> output = hash_output(file);
   if (output)
-    if (Status status = check_report_beside(output->document); !status.ok()) return status;
+    if (Status status = check_report_beside(output->paths); !status.ok()) return status;
   return output && record_.has(job.record_name, {key, output->hash});
 }
 
 // The report must replace no file of an asset, before or after the work.
-Status AssetWork::check_report_beside(const Document& document) {
-  Status status = check_not_an_input(arguments_.report, "--report", document);
+template <typename Files>
+Status AssetWork::check_report_beside(const Files& files) {
+  Status status = check_not_an_input(arguments_.report, "--report", files);
   spares_report_ = spares_report_ || !status.ok();
   return status;
 }

@@ -167,7 +167,8 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
       }
       ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);
       if (report.stored_as == StoredAs::kDraco && !report.repeated) ++result.unsplit_streams;
-      log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
+      if (log.shows_details())
+        log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
     }
     if (report.keeps_streams) {
       object["keeps_streams"] = true;

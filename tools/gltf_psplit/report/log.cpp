@@ -23,7 +23,7 @@ void Log::note(const std::string& message) const {
   if (verbosity_ != Verbosity::kQuiet) print_line(message);
 }
 void Log::detail(const std::string& message) const {
-  if (verbosity_ == Verbosity::kVerbose) print_line(message);
+  if (shows_details()) print_line(message);
 }
 void Log::block(const std::string& lines) const {
   if (verbosity_ != Verbosity::kQuiet) std::fputs(printable(lines, true).c_str(), stderr);
