@@ -133,6 +133,7 @@ class Finder {
     }
     constexpr std::string_view kExtras = "extras", kExtensions = "extensions";
     for (const auto& [key, member] : *members) {
+      if (!member.is_structured() && !member.is_number_integer()) continue;
       if (key == kExtras) {
         find_in_unknown(member, {}, false);
       } else if (key == kExtensions && member.is_object()) {
