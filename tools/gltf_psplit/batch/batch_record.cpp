@@ -97,8 +97,7 @@ Expected<OutputFiles> hash_output(const fs::path& path) {
   return output;
 }
 
-Expected<OutputFiles> hash_output(const fs::path& path, const Document& document,
-                                  const WriteReport& written) {
+Expected<OutputFiles> hash_output(const fs::path& path, const Document& document, const WriteReport& written) {
   // Images in the JSON have moved to views.
   const ImageBytes images = image_bytes(document.json(), {});
   const bool is_alone = written.files.size() == 1 && images.in_json == 0 && linked_files(document).empty();

@@ -34,7 +34,7 @@ struct BatchOutcome {
   WriteReport written{};
   AssetSizes sizes{};
   Json figures{};  // figures_of this outcome, or of the earlier one that the record has; null if unknown
-  Json details{};   // what only one verb reports: findings, differences
+  Json details{};  // what only one verb reports: findings, differences
   double wall_ms = 0;
   uint64_t memory = 0;       // the estimate that admitted it
   uint64_t peak_memory = 0;  // of the process, with all that it did before

@@ -174,7 +174,7 @@ struct AssetWork::Job {
   fs::path output{};  // the file to write, or to compare with
   std::string record_name{};
   std::optional<Document> document{};  // the input, if it was read before its memory was known
-  std::string content{};               // what the plan says about the input's content; empty if it has to be read
+  std::string content{};  // what the plan says about the input's content; empty if it has to be read
 };
 
 BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::function<void(bool)>& waits) {

@@ -18,7 +18,7 @@ class Log {
   void note(const std::string& message) const;     // not with -q
   void detail(const std::string& message) const;   // only with -v
   bool shows_details() const { return verbosity_ == Verbosity::kVerbose; }
-  void block(const std::string& lines) const;      // several lines, printed as they are; not with -q
+  void block(const std::string& lines) const;  // several lines, printed as they are; not with -q
   // Whether a progress bar is welcome: stderr is a terminal, and -q is not given.
   bool interactive() const;
 
