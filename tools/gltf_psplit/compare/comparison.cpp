@@ -107,7 +107,7 @@ Status decode_rival(const Encoded& encoded, MeshoptForm form) {
 Status decode_split(std::span<const EncodedMesh> split, const DecodeBackend& backend, const ThreadPool& pool) {
   const Expected<DecodedCounts> decoded = decode_as_loader(split, backend, pool);
   if (!decoded) return decoded.status();
-  // A stock stream repeats points, so these are not those of the summary.
+  // A stock stream repeats points, so these counts differ from the summary's.
   DecodedCounts stated;
   for (const EncodedMesh& mesh : split) {
     stated.faces += mesh.pieces[0].face_count;
