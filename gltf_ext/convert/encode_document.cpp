@@ -120,7 +120,7 @@ void report_condensed(const Document& output, PrimitiveId id, const CondensedVie
   report.statistics.patch_count = static_cast<uint32_t>(view.entries.size()) - (view.has_residue ? 1 : 0);
 }
 
-// Condenses the streams that write_geometry stored, and those of the input that it left. Parts are condensed
+// Condenses the streams that write_geometry stored, and the input's streams that it left. Parts are condensed
 // already, and streams that cannot be read stay.
 Status condense_output(Document& output, std::span<const PrimitiveId> origins, std::span<const EncodeJob> jobs,
                        const EncodeDocumentOptions& options, const ThreadPool& pool, EncodeReports& reports) {

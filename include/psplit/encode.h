@@ -155,7 +155,7 @@ inline constexpr uint32_t kMostSplitPercent = 3;
 
 inline constexpr int kMostEncodeSpeed = 10;
 
-// The defaults equal those of `gltf-psplit encode`. CodingOptions has the bits of attributes.
+// The defaults equal the command's (`gltf-psplit encode`). CodingOptions has the bits of attributes.
 struct EncodeOptions : CodingOptions {
   PatchTarget patches{};
   Storage storage = Storage::kAsFits;

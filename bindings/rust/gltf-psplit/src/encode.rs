@@ -44,7 +44,7 @@ impl<'a> AttributeValues<'a> {
         self
     }
 
-    /// Bits of a component of floats, 1 to 30, in place of those of the options.
+    /// Bits of a component of floats, 1 to 30, in place of the options' bits.
     pub fn bits(mut self, bits: u32) -> Self {
         self.bits = i32::try_from(bits).unwrap_or(i32::MAX).max(1);
         self
