@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Figures in README.md and docs/benchmarks.md are those of the measured pages.
+"""Figures in README.md, docs/manual.md and docs/benchmarks.md come from the measured pages.
 
-In docs/benchmarks.md each number of a paragraph that cites measured pages occurs there, rounded or not. README.md has no room for
-citations: kCells says which cells its numbers come from."""
+In docs/benchmarks.md each number of a paragraph that cites measured pages occurs there, rounded or not. The other two have no
+room for citations: kCells says which cells their numbers come from."""
 import re, sys
 
 from pages import prose, text_of
 
-compare, typical, encoding, cuda, benchmarks = (f"docs/{page}.md" for page in ("measured/compare", "measured/typical", "measured/encoding", "measured/cuda",
-                                                                               "benchmarks"))
+benchmarks = "docs/benchmarks.md"
+compare, typical, encoding, cuda, profile, condensed = (f"docs/measured/{page}.md" for page in ("compare", "typical", "encoding", "cuda", "profile-size",
+                                                                                                "condensed"))
 N = r"(-?[\d,]*\.?\d+)"  # in a sentence or a cell
 
 
@@ -44,6 +45,15 @@ kCells = [
     ("README.md", rf"default for {N} of these", typical, rf"^\| 1\.2, codec 1 \| brotli .* {N} of 40"),
     ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"`encode` takes {N} of the time .* and {N} and"),
     ("README.md", rf"and {N} to {N} on two threads", encoding, rf"one thread and {N} on two, and [\d.]+ and {N} on"),
+    ("docs/manual.md", rf"The Dragon's file takes {N} bytes", profile, rf"by default, {N} "),
+    ("docs/manual.md", rf"bytes instead of {N} \(-17", profile, rf"take {N} bytes by default"),
+    ("docs/manual.md", rf"scallop's geometry {N} ", profile, rf"^\| scallop .*\| {N} \(-40.9 %\)"),
+    ("docs/manual.md", rf"`encode` takes {N} times the processor", profile, rf"^\| `--profile size` \| {N} "),
+    ("docs/manual.md", rf"`decode` of the result {N} times", profile, rf"^\| `--profile size` \| [\d.]+ \| {N} "),
+    ("docs/manual.md", rf"patches of 4,800 faces take {N} to", condensed,
+     rf"^\| dragon_vrip, lossless \| 5 \| 4,800 .*\(\+{N} %\) \|"),
+    ("docs/manual.md", rf"lossless ones {N} % fewer", condensed, rf"^\| dragon_vrip, lossless \| 5 \| 4,800 .*\(-{N} %\)"),
+    ("docs/manual.md", rf"they decode at {N} to {N} times", condensed, rf"decode at {N} to {N} times"),
     ("README.md", rf"10 million triangles in {N} ms", cuda, rf"^\| 10 million \| 440 \| Draco \| {N} "),
     ("README.md", rf"ms, {N} billion a second", cuda, rf"^\| 10 million \| 440 \| Draco \| [\d.]+ \| {N} "),
     ("README.md", rf"memory in {N} ms", cuda, rf"^\| 10 million \| 440 \| Draco (?:\| [\d.]+ ){{3}}\| {N} "),
@@ -102,4 +112,4 @@ counts = []
 bad = [*faults_of_cells(), *faults_of_citations(counts)]
 if bad or len(counts) < 100:
     sys.exit("\n".join(bad) or f"only {len(counts)} figures were found")
-print(f"{len(kCells)} figures of README.md and {len(counts)} of {benchmarks}")
+print(f"{len(kCells)} figures of README.md and docs/manual.md, and {len(counts)} of {benchmarks}")
