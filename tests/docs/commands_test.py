@@ -206,7 +206,7 @@ def main():
                     found = [fault for words in simple_commands(code) for fault in faults_of(words, page)]
                     looked_up += 1
                 elif "/" in page and not page.startswith("docs/") or "-cz" in code:
-                    continue  # other programs' options: those of contrib, of npm's
+                    continue  # options of other programs: of contrib, of npm's
                 else:
                     found = [f"no program has the option {option}" for option in sorted(options_in(code)) if option.startswith("--") and option not in known]
                     looked_up += len(options_in(code))

@@ -34,7 +34,7 @@ struct ShapeOptions {
 // proportional to the output, plus two grid layers per thread. Errors: kUsage (faces out of range).
 Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool);
 
-// Part of a mesh, whose points and faces follow those of earlier parts. A face may refer to the first points of
+// Part of a mesh, whose points and faces follow earlier parts'. A face may refer to the first points of
 // the next part.
 struct ShapePiece {
   std::vector<std::array<float, 3>> positions;

@@ -182,8 +182,8 @@ impl EncodeOptions<'_> {
     }
 }
 
-/// Encodes a triangle mesh. The bytes are the same for any number of threads, and those of `gltf-psplit encode`. Faces and
-/// points get another order: see [`Encoded::source_points`].
+/// Encodes a triangle mesh, to the bytes of `gltf-psplit encode` with any number of threads. Faces and points get another
+/// order: see [`Encoded::source_points`].
 ///
 /// ```no_run
 /// # use gltf_psplit::{encode, AttributeValues, EncodeOptions, EncodeSource};
