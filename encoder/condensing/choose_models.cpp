@@ -23,7 +23,7 @@ bool is_fast(const core::ValueCoding& coding) {
   return coding.by_creation && !coding.two && !coding.mean && coding.reach == 0;
 }
 
-// The counts with a shorter context: it is the last symbols of the longer one.
+// The counts with a shorter context, which consists of the last symbols of the longer one.
 SymbolCounts shortened(const SymbolCounts& counts, uint32_t contexts) {
   SymbolCounts result(contexts);
   for (size_t i = 0; i < counts.size(); ++i)

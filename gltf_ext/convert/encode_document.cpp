@@ -234,7 +234,7 @@ struct SharedSizes {
   bool has_users = false;                   // other objects keep some of the data
 
   uint64_t after() const { return streams + morph_targets; }
-  // What the document would lose, all in all.
+  // The bytes that the document would lose in total.
   int64_t gain() const { return static_cast<int64_t>(before) - static_cast<int64_t>(after()) - json; }
   std::string text() const {
     const std::string of_json = json == 0 ? ""

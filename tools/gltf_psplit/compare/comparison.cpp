@@ -42,7 +42,7 @@ MeshoptRow& row_of(Comparison& comparison, MeshoptForm form) {
   return comparison.meshopt_brotli ? *comparison.meshopt_brotli : comparison.meshopt_brotli.emplace();
 }
 
-// `mesh` is what encoders store of the job.
+// `mesh` is the part of the job that encoders store.
 Status encode_rivals(const EncodeJob& job, const Mesh& mesh, const EncodeDocumentOptions& coding,
                      const ThreadPool& pool, Encoded& encoded, Comparison& comparison) {
   EncodeOptions stock = coding.of_meshes();

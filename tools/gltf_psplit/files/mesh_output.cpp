@@ -219,7 +219,7 @@ class MaterialFiles {
                 WriteReport& written)
       : document_(document), output_(output), placement_(placement), written_(written) {}
 
-  // What MTL cannot hold of the materials. Writes nothing.
+  // The features of the materials that MTL cannot hold. Writes nothing.
   std::set<std::string> losses(const std::map<int64_t, std::string>& materials) const {
     std::set<std::string> left_out;
     text_of(
