@@ -1,6 +1,5 @@
 // The meshes of the benchmarks: the built-in shapes, or the file that PSPLIT_BENCH_MESH names (.ply, .obj,
-// .stl). And what they decode: these meshes encoded with several speeds of Draco, patch sizes and kinds of
-// attributes.
+// .stl). Benchmarks decode these meshes in several speeds of Draco, patch sizes and kinds of attributes.
 #pragma once
 
 #include <algorithm>

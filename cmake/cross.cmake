@@ -1,6 +1,6 @@
 # Part of toolchains for other machines: libraries and headers are found in CMAKE_FIND_ROOT_PATH alone, to which PSPLIT_ROOT is
 # appended. Unless that is a whole system (PSPLIT_SYSROOT), PSPLIT_HEADERS follows: a folder with this system's headers that are
-# the same on all machines. /usr/include has also those of this system's C library.
+# the same on all machines. /usr/include also has headers of this system's C library.
 if(NOT PSPLIT_SYSROOT AND NOT PSPLIT_HEADERS)
   set(PSPLIT_HEADERS ${CMAKE_BINARY_DIR}/headers)
   file(MAKE_DIRECTORY ${PSPLIT_HEADERS}/include ${PSPLIT_HEADERS}/share/cmake)

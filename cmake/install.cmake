@@ -24,7 +24,7 @@ foreach(component IN LISTS installed)
   install(EXPORT psplit-${component} FILE psplit-${component}.cmake NAMESPACE psplit:: DESTINATION ${package_folder})
 endforeach()
 
-# What is loaded before a shared libdraco.
+# The library that is loaded before a shared libdraco.
 if(TARGET psplit_draco_override)
   install(TARGETS psplit_draco_override LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endif()

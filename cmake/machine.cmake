@@ -1,4 +1,4 @@
-# Refuses machines on which decoded values would not be those of libdraco. A reader of CMake's output sees why. Only the
+# Refuses machines on which decoded values would differ from libdraco's. A reader of CMake's output sees why. Only the
 # compiler's own macros are asked, so that a compiler without a standard library answers as well.
 include(CheckCXXSourceCompiles)
 

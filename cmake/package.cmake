@@ -94,7 +94,7 @@ function(psplit_exporting target type name map objects)
   target_link_libraries(${target} PRIVATE ${ARGN})
   foreach(tree IN LISTS objects)
     set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-    # Exported functions are not replaced by those of a program, so they may be inlined as in a static library.
+    # A program does not replace exported functions, so they may be inlined as in a static library.
     target_compile_options(${tree} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-semantic-interposition>)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${tree}>)
   endforeach()

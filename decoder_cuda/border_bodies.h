@@ -2,7 +2,7 @@
 // come before the bodies of stream_bodies.h.
 //
 //   TakeBorderParts     a thread a stream    decodes the values that the stream owns
-//   ShareBorderValues   a warp a stream      copies those that other streams own
+//   ShareBorderValues   a warp a stream      copies values that other streams own
 #pragma once
 
 #include "decoder_cuda/stream_bodies.h"

@@ -12,8 +12,8 @@
 //   wait()                       returns when everything before it is done
 //   free_memory()                bytes
 //
-// The device does them in order. All except wait may return before they are done. Those that can fail return a
-// Status.
+// The device does them in order. All except wait may return before they are done. Functions that can fail
+// return a Status.
 #pragma once
 
 #include "decoder_cuda/border_bodies.h"

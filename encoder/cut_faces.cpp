@@ -112,7 +112,7 @@ void list_faces(const Partition& partition, const Regular& regular, const Thread
   std::vector<uint32_t> counts(partition.patch_count, 0);
   for (const uint32_t patch : patch_of) ++counts[patch];
   patches.resize(partition.patch_count);
-  // Each task reads all faces, and lists those of some patches.
+  // Each task reads all faces, and lists the faces of some patches.
   const auto task_count =
       std::clamp<size_t>(patch_of.size() / kCutAtOnce, 1, static_cast<size_t>(pool.thread_count()));
   pool.for_each(task_count, [&](size_t task) {

@@ -42,8 +42,8 @@ class PatchExtractor {
         used_(words(mesh.point_count), 0),
         used_words_(words(used_.size()), 0) {}
 
-  // Faces of the mesh with the points that they use, which ascend. `neighbours` are those of all faces of the
-  // mesh (Cut), or empty.
+  // Faces of the mesh with the points that they use, which ascend. `neighbours` has the neighbours of all faces
+  // of the mesh (Cut), or is empty.
   PatchMesh extract(std::span<const uint32_t> faces, std::span<const std::array<uint32_t, 3>> neighbours);
 
  private:

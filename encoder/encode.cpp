@@ -147,7 +147,7 @@ void note_rounded_numbers(const EncodeOptions& options, const ThreadPool& pool, 
   mesh.notes.insert(mesh.notes.begin(), losses.begin(), losses.end());
 }
 
-// Keeps the weights as they were, and rounds those of the mesh.
+// Keeps the weights as they were, and rounds the mesh's weights.
 void round_mesh_weights(MeshToEncode& mesh) {
   for (size_t i = 0; i < mesh.codings.size(); ++i)
     if (mesh.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && mesh.codings[i].bits > 0)

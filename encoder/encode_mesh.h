@@ -16,7 +16,7 @@
 
 namespace psplit {
 
-// Which meshes become Draco streams without a container around them, which are never condensed. kWhole: those
+// Which meshes become Draco streams without a container around them, which are never condensed. kWhole: meshes
 // of one stream. kAll: all. Without a stitch map, points at borders are in several streams, and a point that
 // Edgebreaker splits stays several.
 enum class Alone { kNone, kWhole, kAll };

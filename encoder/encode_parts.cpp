@@ -107,7 +107,7 @@ struct Leftovers {
   std::vector<PointOwner> owners;  // of each point, as far as they are known
   std::unordered_map<uint32_t, uint32_t> point_of_shared;
 
-  // Adds those of `from`, whose point i is the point number_in_patches[i] of its patches.
+  // Adds the faces and points of `from`, whose point i is the point number_in_patches[i] of its patches.
   void add(const PartView& from, std::span<const uint32_t> number_in_patches,
            std::span<const PointOwner> owners_in_patches);
 
@@ -159,7 +159,7 @@ void Leftovers::add(const PartView& from, std::span<const uint32_t> number_in_pa
 // The part that is encoded, and the containers that have the parts before it.
 class PartsEncoder {
  public:
-  // Points and faces that a container must have room for, beside those that are appended.
+  // Points and faces that a container must have room for, beside the appended ones.
   using Room = StreamEntry;
 
   // `keeps_meshes`: pieces are in memory, with what they decode to, and not in spills, with bounds.
@@ -329,7 +329,7 @@ std::vector<PointOwner> PartsEncoder::known_owners(const PartView& part, std::ve
   return owners;
 }
 
-// Stitches the streams to those of the parts before, and appends them.
+// Stitches the streams to earlier parts, and appends them.
 Expected<bool> PartsEncoder::append_if_there_is_room(const PartView& part, const Streams& streams,
                                                      std::vector<PointOwner> owners, const Room& room) {
   owners = known_owners(part, std::move(owners));
@@ -374,7 +374,7 @@ Status PartsEncoder::append(const PartView& part, const Streams& streams, const 
 }
 
 // `decoded` names points by their numbers in the container. Renames them: the points that the part owns come
-// first, then those that earlier parts own, in the order of foreign_. Of a whole mesh, all stay as they are.
+// first, then points that earlier parts own, in the order of foreign_. In a whole mesh, all numbers stay.
 Status PartsEncoder::rename_points(Mesh& decoded) {
   std::sort(foreign_.begin(), foreign_.end());
   const uint32_t first_point = container_->first_point(first_stream_);
@@ -401,7 +401,7 @@ Status PartsEncoder::verify(const PartView& part, const Mesh& decoded) {
 }
 
 // Adds the boxes of the part's streams. The decoded positions of points that earlier parts own are not in
-// memory, but they are those of the input on its grid.
+// memory, but they equal the input's positions on its grid.
 void PartsEncoder::add_boxes(const PartView& part, const Mesh& decoded) {
   const Attribute* const positions = decoded.find("POSITION");
   constexpr uint8_t kAxes = 3;

@@ -1,8 +1,7 @@
 // Encodes a mesh as a sequence of parts: one after the other, into one container. A mesh that is in memory is
-// one part (encode_mesh); one that does not fit into memory is cut into several. The container's patches are
-// those of the first part, then those of the second, and so on. The stitch map refers to patches of earlier
-// parts as it does within a part, so the container decodes to one mesh, without cracks and without a point
-// twice.
+// one part (encode_mesh); one that does not fit into memory is cut into several. The container has the patches
+// of the first part, then of the second, and so on. The stitch map refers to patches of earlier parts as it
+// does within a part, so the container decodes to one mesh, without cracks and without a point twice.
 //
 // Memory: what encode_mesh takes for the largest part, its streams included; a little for each point that parts
 // share, each patch and the residue of a container (gltf_ext/convert/memory_model.h has the numbers); and with

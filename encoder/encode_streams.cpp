@@ -115,10 +115,9 @@ struct SplitBytes {
 // Of an entry of the directory.
 constexpr uint64_t kEntryBytes = 8;
 
-// Whether nearly all points have six faces, as those of grids and of surfaces that were made by rule. One
-// stream follows the rows of such a mesh, and patches do not: that may cost a tenth, which no border shows. Of
-// meshes that were scanned or sculpted, about a third of the points have six faces; of those that were remeshed
-// with care, three quarters.
+// Whether nearly all points have six faces, as in grids and in surfaces that were made by rule. One stream
+// follows the rows of such a mesh, and patches do not: that may cost a tenth, which no border shows. In scanned
+// or sculpted meshes, about a third of the points have six faces; in carefully remeshed ones, three quarters.
 bool has_rows(const Mesh& mesh) {
   constexpr double kShare = 0.9;
   std::vector<uint8_t> faces_of(mesh.point_count, 0);
@@ -129,9 +128,8 @@ bool has_rows(const Mesh& mesh) {
   return static_cast<double>(with_six) > kShare * static_cast<double>(mesh.point_count);
 }
 
-// Whether the streams may take more than options.most_split_percent beyond those of one stream. Of the corpus'
-// meshes this finds all that do. The smallest coding is less even: what one stream takes of it is known only
-// once it is there.
+// Whether the streams may take over options.most_split_percent more than one stream. This finds all such meshes
+// of the corpus. The smallest coding is less even: the size of its one stream is known only once it is encoded.
 bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
   // A reference of a run takes a tenth of a byte, and one that is named alone about so many.
   constexpr double kReferenceBytes = 1.2;

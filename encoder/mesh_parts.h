@@ -27,7 +27,7 @@ class MeshParts {
   virtual uint32_t part_count() const = 0;
   // The number of points that several parts use: shared numbers are below it.
   virtual uint32_t shared_count() const = 0;
-  // `part` is below part_count(). The same part may be read again. Errors are the implementation's.
+  // `part` is below part_count(). A part may be read again. Errors are the implementation's.
   virtual Expected<MeshPart> read(uint32_t part) = 0;
 };
 

@@ -99,7 +99,7 @@ StreamMetadata metadata_in(std::span<const uint8_t> stream, Losses& losses) {
   return {};
 }
 
-// The metadata of the geometry are the extras of the mesh, those of an attribute the extras of its accessor.
+// The geometry's metadata become extras of the mesh, and an attribute's metadata extras of its accessor.
 void add_extras(Document& document, const StreamMetadata& metadata,
                 const std::vector<const Metadata*>& of_attributes,
                 const std::vector<AttributeRequest>& requests, Losses& losses) {

@@ -18,8 +18,8 @@ std::vector<const Metadata*> metadata_of_attributes(const StreamMetadata& metada
                                                     const std::vector<AttributeRequest>& requests,
                                                     Losses& losses);
 
-// Gives generic attributes the names that their metadata state: "attr_x" becomes _ATTR_X. `requests` are those
-// of gltf_attributes.
+// Gives generic attributes the names that their metadata state: "attr_x" becomes _ATTR_X. `requests` come from
+// gltf_attributes.
 void take_names(const std::vector<const Metadata*>& of_attributes, std::vector<AttributeRequest>& requests);
 
 }  // namespace psplit

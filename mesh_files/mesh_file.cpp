@@ -22,8 +22,8 @@ size_t stored_bytes(const MeshFile& file) {
   return bytes;
 }
 
-// The corners as floats. False if these say much less of the polygon: only then do its digits count. Otherwise
-// its triangles are those of a file of floats.
+// The corners as floats. False if floats say much less of the polygon: only then do its digits count. Otherwise
+// its triangles are as in a file of floats.
 bool round_corners(std::span<const PrecisePosition> polygon, std::vector<PrecisePosition>& rounded) {
   constexpr double kMostLoss = 1.0 / 256;  // of the polygon's extent
   rounded.clear();

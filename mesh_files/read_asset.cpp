@@ -110,7 +110,7 @@ Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::p
   return Asset{std::move(*document), std::move(warnings), true};
 }
 
-// Whether the bytes of the file are those of the asset: it is neither stdin nor packed.
+// Whether the file has the bytes of the asset: it is neither stdin nor packed.
 bool is_plain_file(const fs::path& source) {
   if (source == "-" || !is_disk_file(source)) return false;
   const Expected<std::vector<uint8_t>> head = read_file(source, 3);

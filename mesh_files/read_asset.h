@@ -35,7 +35,7 @@ struct Asset {
 // content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
 // decides. `describe` describes a Draco stream (mesh_files/draco_file.h). Mesh files are read through
 // a window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
-// `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped. Draco
+// `access` is for read_document, of glTF. `progress` counts the bytes of a file that is not mapped. Draco
 // files of points are read if `decode_points` is not empty. `pool` reads the text of PLY files. `origin`: what
 // is subtracted from the positions of mesh files. Errors: kIo, kInvalidInput, kUnsupported (another format,
 // another point cloud).

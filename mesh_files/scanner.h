@@ -32,8 +32,8 @@ class Scanner {
   // The next `count` bytes (at most kMostPeeked), or all remaining bytes. Valid until the next call.
   std::string_view peek(size_t count);
   void skip(size_t count);  // bytes that peek returned
-  // The lines that are in memory as a whole, from here on, with their ends; only those that end with \n. Empty
-  // if there are none. Valid until the next call.
+  // The lines that are in memory as a whole, from here on, if they end with \n, which is included. Empty
+  // without such a line. Valid until the next call.
   std::string_view peek_lines();
   void skip_lines(size_t bytes,
                   uint64_t line_count);  // bytes that peek_lines returned, with their ends of lines

@@ -242,7 +242,7 @@ bool write_obj(FileBuffer& out, std::span<const PlacedPart> parts, const std::st
   ObjWriter writer(out, obj_has_colors(parts));
   const bool are_doubles = need_doubles(parts);
   for (size_t first = 0, end = 0; first < parts.size(); first = end) {
-    // The shortest digits of floats are those of other doubles, which a reader may take them for.
+    // The shortest digits of floats denote other doubles, which a reader may take them for.
     PositionSpread object;
     for (; end < parts.size() && parts[end].object == parts[first].object; ++end)
       if (!are_doubles) object.add(position_spread(parts[end]));

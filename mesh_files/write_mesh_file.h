@@ -24,8 +24,8 @@ Status check_positions(std::span<const PlacedPart> parts);
 //        they are stored if all parts store them so, and otherwise as floats; an attribute _NAME of one number
 //        as the property "name"
 //   (positions are doubles in PLY, and have their digits in OBJ, where need_doubles)
-//   OBJ  objects, and the materials of the MTL file `library`; colours as floats behind the positions
-//   STL  one solid, binary; a facet's normal is that of its corners
+//   OBJ  objects, and the materials of the MTL file `library`; colours as floats after the positions
+//   STL  one solid, binary; a facet's normal is computed from its corners
 // The file appears whole or not at all. Errors: kIo; kUnsupported for positions that are not three finite
 // numbers, and for more points or faces than the format can count.
 Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const PlacedPart> parts,

@@ -1,11 +1,11 @@
 #!/usr/bin/env node
-// The bytes of an asset with npm's meshoptimizer, where no current one is built (scripts/rivals measures one that is). To be compared
-// with those of `gltf-psplit compare`, which uses the meshoptimizer that its build found:
+// Measures an asset with npm's meshoptimizer, where no current one is built (scripts/rivals measures built ones). To be compared with
+// `gltf-psplit compare`, which uses the meshoptimizer that its build found:
 //
 //   scripts/meshopt-current.mjs ASSET [--psplit build/release/gltf-psplit] [--modules build/meshopt] [--repeat 9] [--json]
 //
-// The package is npm's, which is WASM. Its bytes are those of any build. Its times are those of WASM in Node.js and must not
-// be compared with native ones. The package is installed in --modules if it is not there yet. Meshes are prepared as
+// npm's package is WASM. Its bytes equal those of any build. Its times are of WASM in Node.js, and must not be compared with
+// native ones. The package is installed in --modules if it is not there yet. Meshes are prepared as
 // tools/gltf_psplit/compare/meshopt_rival.h says: quantized with the bits that psplit takes by default (14, normals 10, texture
 // coordinates and others 12, colours 8), each primitive on a grid of its own; equal points merged, triangles in strips, points in the
 // order of use. zstd is Node.js' own or the command, at level 19; brotli is Node.js', at quality 11. The result is decoded and compared. An asset that is neither .gltf nor .glb is first converted, losslessly, by gltf-psplit.
@@ -57,7 +57,7 @@ async function load_package(folder) {
   return { version, encoder: MeshoptEncoder, decoder: MeshoptDecoder };
 }
 
-// The JSON and the buffers of a plain .gltf or .glb of the same mesh. What is read as it is keeps its order, which strips depend on.
+// The JSON and the buffers of a plain .gltf or .glb of the same mesh. Files that are read directly keep their order, which strips depend on.
 function read_asset(asset) {
   const extension = path.extname(asset).toLowerCase();
   if (extension === '.gltf') {

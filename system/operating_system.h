@@ -162,7 +162,7 @@ class LockedLog {
   // Creates the file if it does not exist. Waits up to two seconds for an owner that is about to end. False if
   // another process then still owns the file. Errors: as for io_error.
   Expected<bool> open(const std::filesystem::path& path);
-  // Opens the file for a process that works for its owner. The lock stays the owner's. Errors: those of
+  // Opens the file for a process that works for its owner. The lock stays the owner's. Errors: as for
   // io_error.
   Status join(const std::filesystem::path& path);
   // Looks again whether the last line was cut short: another process may have appended to the same open file.

@@ -1,5 +1,5 @@
-/* A plugin of qemu-user: counts the instructions that a program runs, and prints those of each function. Debian
-   has no header for plugins, so what it uses is declared here (qemu 7.2, docs/devel/tcg-plugins). */
+/* A plugin of qemu-user: counts the instructions that a program runs, and prints a count for each function.
+   Debian has no header for plugins, so what it uses is declared here (qemu 7.2, docs/devel/tcg-plugins). */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

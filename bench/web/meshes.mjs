@@ -34,7 +34,7 @@ const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
 const kHighestLevel = 3, kCodec = 1;  // of attributes, the newest
 
-// A primitive as meshoptimizer's newest codec stores it, on grids as fine as those of the Draco streams: positions of 14 bits, normals of 10, texture
+// A primitive as meshoptimizer's newest codec stores it, on the grids of the Draco streams: positions of 14 bits, normals of 10, texture
 // coordinates of 12. Triangles are in an order that the codec likes, and points in the order of their use.
 async function encoded_by_meshoptimizer(plain, names) {
   const { MeshoptEncoder } = await import(pathToFileURL(

@@ -6,8 +6,8 @@
 // A server of this process sends all that a page asks for at so many Mbit/s together. The loaders are three's GLTFLoader with
 // DRACOLoader, with meshopt_decoder, with PsplitPlugin, and psplit's loadStreaming. Each load is in a page of its own. The code
 // of the page and of the decoders is there before the load begins; drawing is not measured, which is the same for all. Files are
-// sent as they are, except those of meshoptimizer, which glTF-Transform makes on grids of the same bits: its coding is made for
-// a compression on the way, and they are sent in brotli.
+// sent as they are, except meshoptimizer's, which glTF-Transform makes on grids of the same bits: that coding is made for
+// compression on the way, so its files are sent in brotli.
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';

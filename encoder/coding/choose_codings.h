@@ -35,7 +35,7 @@ AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bo
 std::string loss_of_whole_numbers(const Attribute& attribute, const CodingBounds& bounds,
                                   const AttributeCoding& coding);
 
-// The coding of an attribute with a grid of its own, fitted to all of its values. Those that exceed glTF's
+// The coding of an attribute with a grid of its own, fitted to all of its values. Values that exceed glTF's
 // limits by rounding noise are set to the limits first (trim_noise).
 AttributeCoding choose_coding(Attribute& attribute, const CodingOptions& options);
 

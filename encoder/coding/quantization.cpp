@@ -173,7 +173,7 @@ CodingBounds bounds_of(const Attribute& attribute, int bits, Span<const uint8_t>
   if (first == count) return bounds;
   // Each loop has all that it changes in registers.
   for (size_t c = 0; c < components; ++c) {
-    constexpr uint32_t kExponent = 0x7f800000;  // of what is not finite
+    constexpr uint32_t kExponent = 0x7f800000;  // of NaN and infinity
     float low = float_at(attribute, first * components + c), high = low;
     bool is_finite = true;
     for (size_t i = first; i < count; ++i) {

@@ -8,12 +8,12 @@
 namespace psplit {
 
 struct BorderPart {
-  // By place of the border walk. The values are one component after the other.
+  // The values by place of the border walk, one component after the other.
   std::vector<int32_t> values;
   std::vector<uint8_t> is_own;  // no run of the stream's stitch map has it
   // The vertices of the first attribute's table on the walk, each once.
   std::vector<uint32_t> known;
-  // What is coded of the stream's own places: the first value, then differences.
+  // The symbols of the stream's own places: the first value, then differences.
   std::vector<uint32_t> symbols;
 
   // Whether the stream's places that others own have the others' values. `parts` are by stream.

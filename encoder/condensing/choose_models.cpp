@@ -6,11 +6,11 @@
 namespace psplit {
 namespace {
 
-// What a coding that decodes slower must save. Measured on scans and on a regular mesh (Dragon, skull,
-// nefertiti, ICBM; patches of 440 to 4,800 faces, one thread), so that condensed patches decode as fast as
-// ordinary ones: with half of these thresholds, nefertiti decodes at 0.81 to 0.91 of that speed, ICBM at 0.70
-// to 0.85. Contexts of valences take 20 to 27 % more time than those of symbols, because each waits for the
-// mesh.
+// A coding that decodes slower must save this share of the bytes. The thresholds were measured on scans and on
+// a regular mesh (Dragon, skull, nefertiti, ICBM; patches of 440 to 4,800 faces, one thread), so that condensed
+// patches decode as fast as ordinary ones: with half of these thresholds, nefertiti decodes at 0.81 to 0.91 of
+// that speed, ICBM at 0.70 to 0.85. Valence contexts take 20 to 27 % more time than symbol contexts, because
+// each waits for the mesh.
 constexpr double kWorthValence = 0.09;  // of all bits
 // Up to 3 symbols cost nothing. 5 cost 4 %, as their 3,125 contexts do not stay in the cache.
 constexpr double kWorthContexts = 0.001;  // of all bits, for each symbol more in the context
@@ -23,7 +23,7 @@ bool is_fast(const core::ValueCoding& coding) {
   return coding.by_creation && !coding.two && !coding.mean && coding.reach == 0;
 }
 
-// The counts with a shorter context: it is the last symbols of the longer one.
+// The counts with a shorter context, which consists of the last symbols of the longer one.
 SymbolCounts shortened(const SymbolCounts& counts, uint32_t contexts) {
   SymbolCounts result(contexts);
   for (size_t i = 0; i < counts.size(); ++i)

@@ -78,13 +78,13 @@ struct CodedPatch {
   DracoFields fields;
   uint32_t point_count = 0;
   std::vector<uint16_t> contexts;       // of all symbols except the first
-  std::vector<CodedValues> attributes;  // in the order of the stream; those of deltas are empty
+  std::vector<CodedValues> attributes;  // in the order of the stream; empty for attributes of deltas
   CodedDeltas deltas;
   BorderPart border;
 };
 
 // Writes the patch: the fields that are not in its skeleton, under the models of the head. Specification: "a
-// condensed patch". `head` is what a decoder reads from write_head(models).
+// condensed patch". `head` equals the head that a decoder reads from write_head(models).
 std::vector<uint8_t> write_patch(const CodedPatch& patch, const CondensedHead& head);
 
 }  // namespace psplit

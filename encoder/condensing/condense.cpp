@@ -89,8 +89,8 @@ class Condenser {
     return std::ranges::find(agree, 0) == agree.end();
   }
 
-  // Codes all streams, and puts those that are condensed into the result. Values at borders are stored once for
-  // all patches, or not at all.
+  // Codes all streams, and stores each condensed one in the result. Values at borders are stored once for all
+  // patches, or not at all.
   Outcome code(const Codings& codings) {
     if (!code_patches(codings)) return Outcome::kWithoutDeltas;
     return (!codings.has_borders || borders_agree()) && write_patches() ? Outcome::kDone
@@ -163,7 +163,7 @@ class Condenser {
   bool is_delta(size_t attribute) const {
     return std::ranges::find(models_.deltas, attribute, &core::DeltaModel::attribute) != models_.deltas.end();
   }
-  // Those of a stream.
+  // The models of a stream's deltas.
   std::span<const core::DeltaModel> deltas_of(const Patch& patch) const {
     const size_t attributes = patch.coded.fields.attributes.size();
     const auto is_in = [&](const core::DeltaModel& model) { return model.attribute < attributes; };

@@ -14,7 +14,7 @@ namespace psplit {
 // The streams of a container. One that is not condensed is stored as it is.
 struct CondensedStreams {
   std::vector<uint8_t> head;                // empty if no stream is condensed
-  std::vector<StreamEntry> entries;         // those of the container, with what became of each stream
+  std::vector<StreamEntry> entries;         // the container's streams, condensed or not
   std::vector<std::vector<uint8_t>> bytes;  // by stream; empty if it is not condensed
 };
 

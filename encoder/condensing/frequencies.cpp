@@ -11,8 +11,8 @@
 namespace psplit {
 namespace {
 
-// Logarithms to base 2 of the numbers up to 4096, the same on every machine: those of libm differ in their last
-// bits, and the bytes of a container must not.
+// Logarithms to base 2 of the numbers up to 4096, equal on every machine: libm's logarithms differ in their
+// last bits between machines, and the bytes of a container must not.
 class Logarithms {
  public:
   Logarithms() {

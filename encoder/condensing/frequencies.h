@@ -8,7 +8,7 @@
 namespace psplit {
 
 // The frequencies that code these counts in the fewest bits. Each symbol that occurs has at least 1, and the
-// sum is 4096. All are 0 if no symbol occurs. At most 4096 symbols.
+// sum is 4096. All are 0 if no symbol occurs. `counts` has at most 4096 symbols.
 std::vector<uint16_t> fitting_frequencies(std::span<const uint64_t> counts);
 
 // The bits that symbols with these counts take.

@@ -23,7 +23,7 @@ class DecodedSource {
                                                const DracoFields& fields);
 
   const core::Attribute<uint32_t>& attribute(uint32_t number) const { return patch_.attributes[number]; }
-  // Of the attribute.
+  // The table of the attribute's group.
   const core::AttributeTable<uint32_t>& table(uint32_t number) const {
     return patch_.groups[attribute(number).group].table;
   }

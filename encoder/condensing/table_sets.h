@@ -6,7 +6,7 @@
 
 namespace psplit {
 
-// How often a patch has each token with each table, without those that it does not have.
+// How often a patch uses each token with each table. Tokens that it does not use are absent.
 struct PatchToken {
   uint16_t table = 0, token = 0;
   uint32_t count = 0;

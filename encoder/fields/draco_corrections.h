@@ -1,5 +1,5 @@
-// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h. Here are those of
-// the schemes whose values may be stored otherwise. encoder/stream has the others.
+// Computes the corrections that libdraco's encoder stores for values: the inverse of core/prediction.h. This
+// file has the schemes whose values may also be stored in other forms. encoder/stream has the other schemes.
 #pragma once
 
 #include <algorithm>
@@ -56,8 +56,8 @@ class WrapCorrections {
     out.wrap_max = high_;
   }
 
-  // Of the corrections that give the same number, modulo the count of numbers in the range, the one nearest to
-  // 0. As a symbol.
+  // The correction as a symbol. Several corrections give one number, modulo the count of numbers in the range:
+  // this is the one nearest to 0.
   uint32_t symbol(int32_t number, int32_t predicted) const {
     int64_t correction = int64_t{number} - std::clamp(predicted, low_, high_);
     correction -= correction > highest_ ? modulus_ : 0;
@@ -77,8 +77,8 @@ class DracoCorrections {
                    const core::PredictionData& data)
       : group_(group), attribute_(attribute), data_(data) {}
 
-  // Fills the symbols, and the range of the wrap transform. Returns false if the symbols are values: those of
-  // an attribute that is not predicted, or whose range no wrap transform has.
+  // Fills the symbols, and the range of the wrap transform. Returns false if the symbols are the values
+  // themselves: if the attribute is not predicted, or if no wrap transform has its range.
   bool write(AttributeFields& out) const {
     switch (attribute_.value_components()) {
       case 2: return write<2>(out);

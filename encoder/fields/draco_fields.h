@@ -48,7 +48,7 @@ struct AttributeFields {
   bool operator==(const AttributeFields&) const = default;
 };
 
-// All fields of a stream. For vectors of flags see AttributeFields.
+// All fields of a stream. AttributeFields describes vectors of flags.
 struct DracoFields {
   static constexpr uint32_t kSymbolLists = 6;  // of the valence traversal, for valences 2 to 7
 

@@ -12,8 +12,7 @@
 
 namespace psplit {
 
-// The levels are those of libdraco's encoder, 0 to 10, and one for its versions before 1.2.5, which had no
-// levels.
+// The levels of libdraco's encoder, 0 to 10, and one for its versions before 1.2.5, which had no levels.
 inline constexpr int kLevelBeforeLevels = 11;
 // The level of symbols that are not an attribute's.
 inline constexpr int kDefaultSymbolLevel = 7;

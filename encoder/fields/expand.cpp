@@ -37,7 +37,7 @@ class StreamExpander {
     for (size_t i = unpredicted_.size(); i-- > 0;) store_as_values(attributes_[unpredicted_[i]]);
     return std::move(fields_);
   }
-  // The bytes that take_fields has read, by what they are for.
+  // The bytes that take_fields has read, by section.
   const SectionBytes& measured() const { return measured_; }
 
  private:

@@ -21,7 +21,7 @@ struct CondensedPatch {
   std::span<const int32_t> known{};
 };
 
-// Where its bytes are. They sum to its size. Errors: as for expand_stream.
+// The bytes of a condensed stream by section, which sum to its size. Errors: as for expand_stream.
 Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedPatch& patch);
 
 // The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.

@@ -15,7 +15,7 @@
 
 namespace psplit {
 
-// Reads literal bytes, and copies those that were read.
+// Reads literal bytes, and copies them.
 class Literals : public core::ByteReader {
  public:
   explicit Literals(std::span<const uint8_t> bytes) : ByteReader(bytes.data(), bytes.size()), bytes_(bytes) {}
@@ -48,7 +48,7 @@ struct PredictedAttribute {
 //   Status connectivity(bool is_valence, uint32_t data_count);  from the number of symbols to seams and lists
 //   uint32_t value_count(const Group&);                       for each group; then for each of its attributes:
 //   Status raw(uint32_t count, const Attribute&);             the values of an attribute that is stored raw
-//   Status symbols(uint32_t count, const PredictedAttribute&);  of any other, and those of these
+//   Status symbols(uint32_t count, const PredictedAttribute&);  the symbols of any other attribute, and for it
 //   Status creases(), orientations(), wrap(), flips();        functions that its prediction needs
 //
 // The literal bytes may be anything. The walk checks them as the decoder does.

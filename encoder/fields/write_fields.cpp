@@ -150,7 +150,7 @@ class FieldsWriter {
   const DracoFields& fields_;
   Literals literals_;
   std::vector<uint8_t> out_;
-  size_t attribute_count_ = 0;  // those that are written or being written
+  size_t attribute_count_ = 0;  // attributes that are written or being written
   size_t table_bytes_ = 0;
 };
 

@@ -62,7 +62,7 @@ std::vector<PatchValues> values_of_patch(const WeldedMesh& welded, const std::ve
   return values;
 }
 
-// Leaves room for `spare` values after those that points use. libdraco does not store them.
+// Leaves room for `spare` values after the values of points. libdraco does not store them.
 draco::PointAttribute* add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type role, uint8_t components,
                                      draco::DataType type, bool normalized, const PatchValues& values,
                                      size_t spare) {
@@ -293,7 +293,8 @@ uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
   for (size_t i = 0; i < codings.size(); ++i) {
     const AttributeCoding& coding = codings[i];
     if (coding.bits <= few_bits) continue;
-    // A correction is at most as large as the patch is wide. Those of normals are modulo the grid's width.
+    // A correction is at most as large as the patch is wide. Corrections of normals are modulo the grid's
+    // width.
     double low = 0, high = std::ldexp(1.0, coding.bits);
     if (!coding.octahedral) {
       const Attribute& attribute = welded.mesh->attributes[i];

@@ -1,6 +1,5 @@
 // Floats from what libdraco decodes as integers, rounded after each operation. A libdraco that was compiled for
-// a machine with fused multiply-adds, as Debian's for 64-bit ARM, gives other bits than those of all other
-// machines.
+// a machine with fused multiply-adds, as Debian's for 64-bit ARM, gives other bits than all other machines.
 #pragma once
 
 #include <draco/compression/decode.h>
@@ -20,8 +19,8 @@ void keep_integers(draco::Decoder& decoder);
 draco::StatusOr<std::unique_ptr<draco::Mesh>> decode_unfused(std::span<const uint8_t> stream,
                                                              bool keep_quantized);
 
-// Replaces the floats of quantized attributes and normals in `decoded` by those that this file calculates from
-// `coded`: the same stream with its integers.
+// Replaces the floats of quantized attributes and normals in `decoded` by floats that this file calculates from
+// `coded`: the stream with its integers.
 void set_unfused_values(const draco::PointCloud& coded, draco::PointCloud& decoded);
 
 }  // namespace psplit

@@ -57,12 +57,12 @@ struct Stretch {
   bool is_left(uint32_t cell) const { return has(cell) && number[cell] == kNoCell; }
 };
 
-// Grows cells of faces breadth-first, so that they are about as long as wide. What is left between others, and
-// much smaller, joins one of them. Returns the number of grown cells.
+// Grows cells of faces breadth-first, so that they are about as long as wide. Much smaller remnants between
+// cells join one of these. Returns the number of grown cells.
 uint32_t grow(const Stretch<FaceGraph>& stretch) {
   const uint32_t members = std::min(stretch.members, stretch.face_limit);
   std::vector<uint32_t>& number = stretch.number;
-  std::vector<uint32_t> sizes, faces;  // of the grown cells; those of the one that grows
+  std::vector<uint32_t> sizes, faces;  // of the grown cells; faces of the growing cell
   Neighbours around;
   for (uint32_t seed = stretch.begin; seed < stretch.end; ++seed) {
     if (number[seed] != kNoCell) continue;

@@ -24,7 +24,7 @@ Clusters cluster_faces(const DistanceMap& map, const FaceGraph& faces, std::vect
 
 // The patch of every face, by k-means in each set of cells. A set has as many centres as patches, at first its
 // cells with the lowest numbers. Cells go to the nearest centre; centres move to the middle of their cells. A
-// patch with too many faces starts to grow later, one with too few earlier. At last, faces go to the nearest
+// patch with too many faces starts to grow later, one with too few earlier. In the end, faces go to the nearest
 // centre. If a set has no more cells than patches, each cell is a patch, and the other patches are empty.
 // `cells` is the contracted face graph. The sources of `map` are the samples; the centres replace them.
 std::vector<uint32_t> group_clusters(DistanceMap& map, const FaceGraph& faces, const Clusters& clusters,

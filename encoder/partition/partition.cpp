@@ -30,10 +30,10 @@ struct Recuts {
   RecutOptions coarse, finer, middle, fine;
 };
 
-// For patches of about `share` faces. Small patches have less spare room, so their borders take more rounds. In
-// large ones a band with the same share of the faces is wider, and more of the border is drawn in coarse cells,
-// which the paper's method does not have. Of the largest, the border is about one point of a hundred: there it
-// pays to cut it coarsely.
+// The plan for patches of about `share` faces. Small patches have less spare room, so their borders take more
+// rounds. In large ones a band with the same share of the faces is wider, and more of the border is drawn in
+// coarse cells, which the paper's method does not have. Of the largest, the border is about one point of a
+// hundred: there it pays to cut it coarsely.
 Recuts recuts_for(double share, PartitionMethod method) {
   constexpr double kSmallPatch = 800, kMiddlePatch = 2400, kLargePatch = 9600, kWidePatch = 4800;
 
@@ -263,8 +263,8 @@ CutCells cut_cells(Start start, uint32_t wanted, const Recuts& recuts, bool refi
   return cut;
 }
 
-// Calls `free_faces` when the faces are not needed any more. What is not needed is freed early here, too: this
-// takes more memory than anything else that an encoder does.
+// Calls `free_faces` when the faces are not needed any more. Frees its own memory early, too, because the
+// partition takes more memory than any other step of encoding.
 template <typename FreeFaces>
 Partition partition_of(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                        const PartitionOptions& options, const ThreadPool& pool, const FreeFaces& free_faces) {

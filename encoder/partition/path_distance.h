@@ -33,7 +33,7 @@ class DistanceMap {
               PathDistance kind);
 
   // Adds sources, sorted by their starts. Visits little more than the faces that are nearer to them than to all
-  // other sources. The distances are those of a new map with all sources, in whatever order they were added.
+  // other sources. The distances do not depend on the order in which sources were added.
   void add(std::span<const Source> sources);
   // Removes all sources.
   void clear();

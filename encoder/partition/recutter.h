@@ -323,7 +323,7 @@ class Recutter {
   // The place of each cell: in the band, its index in `cells_`; in the ring, cells_.size() plus its index in
   // `ring_`; otherwise kOutside.
   std::vector<uint32_t> place_;
-  std::vector<uint32_t> cells_;  // the band: the cells of patch a, then those of patch b
+  std::vector<uint32_t> cells_;  // the band: the cells of patch a, then of patch b
   size_t count_a_ = 0;           // of these, the cells of patch a
   size_t first_ = 0;             // where along the border the band starts
   std::vector<RingCell> ring_;

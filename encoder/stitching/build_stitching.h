@@ -32,9 +32,9 @@ struct Stitching {
   std::vector<uint32_t> source_point;      // mesh point of each point that the streams own, in their order
 };
 
-// `streams` are those of a container from `first_stream` on. The first stream that uses a point owns it, at its
-// first decoded point that is that point. `owners` has an element for each point of the mesh. It comes with the
-// owners among earlier streams, and returns with all.
+// `streams` are a container's streams from `first_stream` on. The first stream that uses a point owns it, at
+// its first decoded point that is that point. `owners` has an element for each point of the mesh. It comes with
+// the owners among earlier streams, and returns with all.
 Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t first_stream,
                           std::span<PointOwner> owners, const ThreadPool& pool);
 

@@ -54,8 +54,8 @@ struct StitchMap {
   std::vector<StitchPair> pairs;
 };
 
-// The patch owns the points of its repeats, and other patches own those of its
-// pairs. `point_count` is the patch's number of decoded points.
+// The patch owns the points of its repeats, and other patches own the points of its pairs. `point_count` is the
+// patch's number of decoded points.
 std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count);
 
 // Checks every number against the directory. Errors are kInvalidInput, with the patch as their place.

@@ -28,7 +28,7 @@ struct EncodedCloud {
 // libdraco's for these values. Errors: kInvalidInput for no points or no attributes, and for values that fit no
 // grid; kInvalidInput for floats of a tree that are exact or directions. kUnsupported for more than 4 GB; for
 // signed integers of a tree that are 2^31 and more apart; for integers above 2^31 - 1 of a sequential stream,
-// and without labels for those of a range that no decoder would give back. Thread-safe.
+// and without labels for integers of a range that no decoder would give back. Thread-safe.
 Expected<EncodedCloud> encode_cloud(const Mesh& cloud, std::span<const AttributeCoding> codings, bool is_tree,
                                     int speed, std::span<const DracoLabel> labels = {});
 

@@ -104,7 +104,8 @@ const CreaseChoice::Choice& CreaseChoice::choose(const int32_t* value, const int
                                                  const int32_t* parallelograms, uint32_t count) {
   const double symbols = static_cast<double>(entropy_.count() + components_);
   scaled_log_ = symbols * std::log2(symbols);
-  std::array<int64_t, core::kMaxParallelograms + 1> flag_bits{};  // by the number of those that are used
+  std::array<int64_t, core::kMaxParallelograms + 1>
+      flag_bits{};  // by the number of parallelograms that are used
   if (count > 0) {
     total_[count - 1] += count;
     for (uint32_t used = 0; used <= count; ++used)

@@ -87,7 +87,7 @@ class CreaseChoice {
   // after components.
   struct Choice {
     uint32_t used = 0;               // a bit for each parallelogram
-    std::vector<int32_t> predicted;  // the mean of those that are used, or the value before
+    std::vector<int32_t> predicted;  // the mean of the used parallelograms, or the value before
   };
   const Choice& choose(const int32_t* value, const int32_t* before, const int32_t* parallelograms,
                        uint32_t count);
@@ -108,7 +108,7 @@ class CreaseChoice {
   std::vector<int32_t> mean_;
   Cost best_;
   SymbolEntropy::Total best_total_;
-  double scaled_log_ = 0;  // of the number of symbols with those of the value
+  double scaled_log_ = 0;  // of the number of symbols, the value's included
   Choice choice_;
 };
 

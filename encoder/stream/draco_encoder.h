@@ -25,8 +25,8 @@ struct DracoMesh {
   std::vector<uint8_t> share_values;
 };
 
-// The type of the mesh's values. Those of 32 bits are unsigned: the label says which they are. Types of 64 bits
-// and bools have none.
+// The type of the mesh's values. Types of 32 bits are unsigned here: the label says whether they are signed or
+// floats. Types of 64 bits and bools have none.
 inline std::optional<ComponentType> component_type_of(DataType type) {
   switch (type) {
     case DataType::kInt8: return ComponentType::kInt8;

@@ -2,7 +2,7 @@
 //
 //   attribute_plan.h         which coding and which prediction; the literal bytes that state them
 //   attribute_values.h       values -> integers
-//   attribute_corrections.h  integers -> what is stored, on the tables that a decoder has
+//   attribute_corrections.h  integers -> stored corrections, on the tables that a decoder has
 //   crease_choice.h          which parallelograms predict a value
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace psplit {
 
-// What is to be encoded: a part of a welded mesh, with a coding for each of the mesh's attributes.
+// The input: a part of a welded mesh, with a coding for each of the mesh's attributes.
 struct AttributeSource {
   const WeldedMesh& welded;
   std::span<const AttributeCoding> codings;
@@ -71,9 +71,9 @@ class AttributeEncoder {
   std::vector<uint8_t> raw_;
 };
 
-// `groups` have tables and sequences: one for all attributes, or that of POSITION and those of the others in
+// `groups` have tables and sequences: one for all attributes, or first of POSITION and then of the others in
 // the order of the mesh (AttributePlan::group). point_of_corner has the part's point at each corner of their
-// tables. For texture_may_overflow see plan_attributes. Errors: as correct_values and write_integers.
+// tables. plan_attributes describes texture_may_overflow. Errors: as correct_values and write_integers.
 // Thread-safe.
 Expected<EncodedAttributes> encode_attributes(const AttributeSource& source, const StreamTraits& traits,
                                               const std::function<bool(size_t)>& texture_may_overflow,

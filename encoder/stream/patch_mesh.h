@@ -16,7 +16,7 @@ struct PatchMesh {
 
   std::vector<uint32_t> points;                // points of the mesh
   std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
-  // If not empty, the points of the mesh whose values are stored for those of `points`.
+  // If not empty, the points of the mesh whose values are stored in place of the values of `points`.
   std::vector<uint32_t> value_points;
   // If not empty: for each face and side, from corner c to the next, the only other face with the edge, or
   // kNoFace.

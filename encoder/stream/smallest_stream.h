@@ -26,8 +26,8 @@ namespace psplit {
 // So it takes at most the bytes of any speed below kSpeedOfOneTable.
 //
 // in_creation_order is for streams that are to be condensed: POSITION and morph targets have only the schemes
-// that condensed streams code in order of creation, on the walk depth first. The traversal and the level are
-// those of speed 5: condensed streams do not depend on them, and share the bytes that are equal in all.
+// that condensed streams code in order of creation, on the walk depth first. The traversal and the level are as
+// at speed 5: condensed streams do not depend on them, and share the bytes that are equal in all.
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,
                                               std::span<const AttributeCoding> codings,
                                               bool with_values = false, bool in_creation_order = false);

@@ -158,7 +158,7 @@ std::vector<bool> SourceTable::link_faces(uint32_t vertex_limit) {
     edge_count += count;
   }
   const std::unique_ptr<LeavingEdge[]> edges(new LeavingEdge[edge_count]);
-  HubEdges hub_edges;  // those that leave vertices whose lists are longer than kMostListed
+  HubEdges hub_edges;  // edges from vertices whose lists are longer than kMostListed
   std::vector<bool> may_fold;
   const auto note_fold = [&](uint32_t from, uint32_t to) {
     if (may_fold.empty()) may_fold.resize(vertex_limit);

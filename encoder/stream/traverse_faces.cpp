@@ -61,7 +61,7 @@ class FaceWalk {
       for (uint32_t across; (across = table_.opposite(at)) != table_.no_corner();) at = next(across);
     } while (at != edge);
   }
-  // The same for the hole at a corner's vertex.
+  // As above, for the hole at a corner's vertex.
   void meet_hole(uint32_t corner) {
     uint32_t last = corner;
     for (uint32_t left; (left = table_.swing_left(last)) != table_.no_corner();) last = left;

@@ -13,9 +13,9 @@ namespace psplit {
 // least kLeastCoarseFaces or, if that is less, a tenth of them. They have
 // the same materials and attributes. Their points are points of the decoded mesh, with morph targets.
 // Primitives that are uncompressed or cannot be decoded are equal in both lists; a primitive that becomes too
-// small is left out. Meshes of equal geometry share the data. Replaces coarse primitives that there are, and
-// then says which extensions are required. After an error the document is unusable. Errors: kUnsupported (a
-// mesh of 2^32 points), those of reading primitives.
+// small is left out. Meshes of equal geometry share the data. Replaces existing coarse primitives, and then
+// updates the list of required extensions. After an error the document is unusable. Errors: kUnsupported (a
+// mesh of 2^32 points), and the errors of reading primitives.
 Status add_coarse_primitives(Document& document, double share, const DecodeBackend& backend,
                              const ThreadPool& pool);
 

@@ -238,7 +238,7 @@ class RestCompressor {
     });
   }
 
-  // Those that unknown data name stay apart.
+  // Accessors that unknown data may name stay apart.
   std::vector<int64_t> moved_accessors() const {
     const Json& json = std::as_const(document_).json();
     const UnknownReferences unknown = find_unknown_references(json);
@@ -253,7 +253,7 @@ class RestCompressor {
   const std::string extension_;
   const std::vector<RestColumn> columns_;
   std::map<std::pair<JoinKey, bool>, JoinedView> joined_;
-  std::set<int64_t> views_;          // those that were made
+  std::set<int64_t> views_;          // the views that were made
   std::map<int64_t, bool> rounded_;  // accessors whose values are others than before; whether of vertices
 };
 

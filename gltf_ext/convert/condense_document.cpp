@@ -23,7 +23,7 @@ namespace {
 
 using AccessorChanges = std::map<int64_t, Json>;  // by index
 
-// The streams in one buffer view, and what they become.
+// The streams in one buffer view, and their condensed container.
 struct Candidate {
   int64_t view;
   bool is_stock;
@@ -56,8 +56,8 @@ bool has_no_other_data(const Document& document, int64_t index, const ValuesView
   return data && std::ranges::equal(data->values, values.bytes);
 }
 
-// The accessors as they must be if a container has this mesh, as far as they differ from what they are. Nothing
-// if the primitives may not have such a container, or if other objects use such an accessor.
+// The accessors that must change if a container has this mesh, with their new JSON. Nothing if the primitives
+// may not have such a container, or if other objects use such an accessor.
 std::optional<AccessorChanges> exact_accessors(const Document& document, std::span<const PrimitiveId> ids,
                                                const Mesh& decoded, const DataUsers& users) {
   const AssetRecords& records = document.records();
@@ -85,7 +85,7 @@ std::optional<AccessorChanges> exact_accessors(const Document& document, std::sp
   return changes;
 }
 
-// Condenses a container, or a stream of stock Draco. `plain` is what it decodes to.
+// Condenses a container, or a stream of stock Draco. `plain` is the decoded mesh.
 Status condense(const PatchContainer& opened, const StoredPrimitive& stored, const Mesh& plain,
                 const CondenseOptions& options, const ThreadPool& pool, Candidate& candidate) {
   CondensedView& result = candidate.result;
@@ -164,8 +164,7 @@ bool pays_alone(const Document& document, const Candidate& candidate) {
   return pays(saved, JsonBytes(Json{{"accessors", before}}), JsonBytes(Json{{"accessors", after}}));
 }
 
-// Makes the JSON say that stock Draco has become containers, if that makes the file smaller. Otherwise it stays
-// what it is.
+// Changes the JSON from stock Draco to containers, if that makes the file smaller.
 void name_containers(Document& document, std::vector<Candidate>& candidates) {
   std::vector<PrimitiveId> ids;
   StreamReplacements replacements;

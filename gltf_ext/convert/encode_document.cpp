@@ -120,8 +120,8 @@ void report_condensed(const Document& output, PrimitiveId id, const CondensedVie
   report.statistics.patch_count = static_cast<uint32_t>(view.entries.size()) - (view.has_residue ? 1 : 0);
 }
 
-// Condenses what write_geometry stored, and what it left. Parts are condensed already, and streams that cannot
-// be read stay.
+// Condenses the streams that write_geometry stored, and the input's streams that it left. Parts are condensed
+// already, and streams that cannot be read stay.
 Status condense_output(Document& output, std::span<const PrimitiveId> origins, std::span<const EncodeJob> jobs,
                        const EncodeDocumentOptions& options, const ThreadPool& pool, EncodeReports& reports) {
   std::set<PrimitiveId> in_parts;
@@ -229,12 +229,12 @@ bool compresses_again(const Document& document, const EncodeJob& job) {
 struct SharedSizes {
   std::vector<PrimitiveId> ids;             // the first primitive of each
   uint64_t before = 0;                      // the bytes that the document would lose with them
-  uint64_t streams = 0, morph_targets = 0;  // those that it would get
+  uint64_t streams = 0, morph_targets = 0;  // the bytes that it would get instead
   int64_t json = 0;                         // by which its JSON would grow
   bool has_users = false;                   // other objects keep some of the data
 
   uint64_t after() const { return streams + morph_targets; }
-  // What the document would lose, all in all.
+  // The bytes that the document would lose in total.
   int64_t gain() const { return static_cast<int64_t>(before) - static_cast<int64_t>(after()) - json; }
   std::string text() const {
     const std::string of_json = json == 0 ? ""
@@ -350,8 +350,8 @@ void leave_what_lists_outweigh(const Document& document, std::span<const Sharing
 }
 
 // Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
-// reason. Adds the others that may grow, because the user wants them, to `may_grow`. For may_shrink see
-// reason_to_leave.
+// reason. Adds the others that may grow, because the user wants them, to `may_grow`. reason_to_leave describes
+// may_shrink.
 Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options, bool may_shrink,
                              std::vector<EncodeJob>& jobs, std::vector<SharedSizes>& may_grow,
                              ExpectedGain& gain, EncodeReports& reports) {
@@ -412,7 +412,7 @@ void report_spooled(const SpooledPoints& points, const EncodeJob& job, Primitive
     report.input_bytes += report.points * attribute.stride();
 }
 
-// Those of the morph targets that the job's streams will store.
+// The input's bytes of the morph targets that the job's streams will store.
 uint64_t bytes_of_targets(const Document& input, const EncodeJob& job) {
   const PrimitiveRecord& primitive = input.records().primitive(job.group.ids.front());
   std::set<int64_t> accessors;

@@ -62,7 +62,7 @@ struct EncodeJob {
   void add_equal_targets();
   // Fills in stored_as and stored_bytes.
   void note_storage();
-  // Fills in what the report says about the output.
+  // Fills in the report's fields about the output.
   void report(PrimitiveReport& report);
 
   Place place(const Document& document) const { return place_of(document, group.ids.front()); }

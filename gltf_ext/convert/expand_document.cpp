@@ -92,7 +92,7 @@ void move_to_own_view(Document& document, std::span<const PrimitiveId> ids, cons
         view;
 }
 
-// By buffer view.
+// The users of each buffer view.
 std::map<int64_t, Users> users_of_views(const Document& document) {
   const AssetRecords& records = document.records();
   std::map<int64_t, Users> users_of;

@@ -14,10 +14,10 @@ namespace {
 
 int64_t text_bytes(const Json& json) { return std::ssize(json_line(json)); }
 
-// With the comma before or after it.
+// Counts the comma before or after the element, too.
 int64_t element_bytes(const Json& json) { return text_bytes(json) + 1; }
 
-// Offsets and indices have about so many digits.
+// Offsets and indices have about as many digits as this number.
 constexpr int64_t kOffset = 99999;
 int64_t view_bytes(uint64_t bytes) {
   return element_bytes({{"buffer", 0}, {"byteOffset", kOffset}, {"byteLength", bytes}});

@@ -11,7 +11,7 @@ struct Factors {
 };
 
 Factors factors_of(MemoryUse use) {
-  // 40 of them for meshes that are encoded both as patches and as one stream.
+  // Includes 40 bytes for meshes that are encoded both as patches and as one stream.
   constexpr uint64_t kEncodedFace = 140;
   constexpr uint64_t kCoarseFace = 50;  // of the simplifier, beyond the memory that is free again by then
   switch (use) {

@@ -25,12 +25,12 @@
 
 namespace psplit {
 
-// What a process takes before it has read an asset.
+// The memory of a process before it reads an asset.
 inline constexpr uint64_t kProcessMemory = uint64_t{24} << 20;
-// What it takes beside the part that it encodes: libraries, threads, windows on files.
+// Its memory beside the part that it encodes: libraries, threads, windows on files.
 inline constexpr uint64_t kProcessOfParts = uint64_t{48} << 20;
 
-// What is done with an asset in memory.
+// How an asset in memory is used.
 enum class MemoryUse { kEncode, kEncodeWithCoarse, kDecode, kValidate, kDiff };
 struct AssetCounts {
   uint64_t faces = 0;

@@ -120,7 +120,7 @@ class PrimitiveChecker {
     const ValuesView* const positions = mesh.find("POSITION");
     if (boxes->empty() || positions == nullptr) return;
     if (positions->component_count != 3) return report_box(invalid_input("boxes of patches without positions"));
-    // The mesh may be in a mapped file: what a step has read leaves the memory.
+    // The mesh may be in a mapped file: each step frees the memory that it has read.
     constexpr uint32_t kStepFaces = 1 << 20;
     const auto count = static_cast<uint32_t>(boxes->size());
     std::vector<PatchBox> wanted(count);

@@ -11,7 +11,7 @@
 
 namespace psplit {
 
-// Reads the primitives that are encoded in memory. Those that turn out to have nothing to encode are added to
+// Reads the primitives that are encoded in memory. Primitives that turn out to be empty are added to
 // selected.skipped. Primitives that share points are divided (SharedPoints).
 Expected<std::vector<EncodeJob>> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                            SelectedPrimitives& selected, const DecodeBackend& backend,

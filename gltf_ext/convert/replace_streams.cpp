@@ -35,7 +35,7 @@ std::set<int64_t> stream_views(const Document& document) {
   return views;
 }
 
-// The ranges of each buffer, in the order of their beginnings. Those that reach past their buffer are left out.
+// The ranges of each buffer, sorted by their beginnings. Ranges that reach past their buffer are left out.
 std::vector<std::vector<Range>> ranges_of(Document& document, const StreamReplacements& replacements) {
   std::vector<std::vector<Range>> ranges(document.buffers.size());
   const auto add = [&](Json& json) -> Range* {

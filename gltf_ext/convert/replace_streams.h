@@ -10,12 +10,12 @@
 
 namespace psplit {
 
-// By buffer view. The bytes must not be empty.
+// The new bytes of each buffer view, which must not be empty.
 using StreamReplacements = std::map<int64_t, std::span<const uint8_t>>;
 
-// Gives the bytes the places of what the buffer views held, as if they had been written at first. What follows
-// them in a buffer moves: streams begin at multiples of 4 bytes, everything else keeps its alignment. So
-// replacing there and back gives the same buffer, and one with smaller bytes is not larger. Bytes that another
+// Replaces the bytes of the buffer views in place, as if the new bytes had been written at first. Later bytes
+// of a buffer move: streams begin at multiples of 4 bytes, and everything else keeps its alignment. So
+// replacing there and back gives the same buffer, and smaller bytes never make it larger. Bytes that another
 // view shares stay, and their replacement is appended.
 void replace_streams(Document& document, const StreamReplacements& replacements);
 
@@ -25,8 +25,8 @@ constexpr uint64_t aligned_for_stream(uint64_t at) {
   return (at + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-// The bytes that a file surely loses by replacements that are smaller than what they replace, in views of
-// replaceable_views: the buffers of a file begin at multiples of 8.
+// A lower bound of the bytes that a file loses by smaller replacements in views of replaceable_views: the
+// buffers of a file begin at multiples of 8.
 uint64_t bytes_saved(Document& document, const StreamReplacements& replacements);
 
 // The buffer views whose bytes no other view shares.

@@ -25,7 +25,7 @@ inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones
 // Equal primitives are one group.
 struct SelectedPrimitives {
   std::vector<PrimitiveGroup> in_memory;
-  std::vector<PrimitiveGroup> large;  // those that do not fit into memory together with the others
+  std::vector<PrimitiveGroup> large;  // primitives that do not fit into memory together with the others
   SkippedPrimitives skipped;
   uint64_t face_count = 0;  // of all groups
 

@@ -130,7 +130,7 @@ class NewTargets {
     size_t stride;
     JoinedBlocks blocks{};
   };
-  // In the order of their numbers.
+  // The views in the order of their numbers.
   std::vector<const View*> views() const {
     std::vector<const View*> views;
     for (const auto* view : {&indices_, &values_})

@@ -16,7 +16,7 @@ void make_targets_sparse(Document& document, ZeroSign sign);
 // Morph targets of all primitives: of equal primitives once.
 struct TargetCounts {
   size_t all = 0, in_patches = 0;  // attributes of targets
-  uint64_t bytes = 0;              // of those that are not in patches, as a file stores them
+  uint64_t bytes = 0;              // of targets outside of patches, as a file stores them
 };
 TargetCounts count_targets(const Document& document);
 

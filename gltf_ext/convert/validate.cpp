@@ -29,7 +29,7 @@ namespace {
 // copies              all copies of a point in patches decode to the same bits
 // boxes               the section of boxes can be read, and each box has all finite positions of its stream
 // accessor-count      accessors count the decoded data: one value for each point, three indices for each face
-// accessor-bounds     min and max are those of the decoded values
+// accessor-bounds     min and max are the bounds of the decoded values
 // index-type          indices are scalars of a component type that can hold every index
 // fallback            accessors with data of their own hold the decoded data
 // attribute-extra     an attribute of the primitive is not in the patches (warning)
@@ -43,8 +43,8 @@ namespace {
 // linked-file         the file of an image or an extension exists, at a relative path (warning)
 //
 // The rules for stock Draco are extension-used, extension-required, mode, members, exclusion, attribute-type,
-// accessor-count, accessor-bounds and index-type: loaders differ in what they make of such an asset, so these
-// are errors. decode_document does not need what the accessors state, so it corrects them, and says so.
+// accessor-count, accessor-bounds and index-type: loaders disagree about an asset that breaks one, so these are
+// errors. decode_document does not need the accessors' statements, so it corrects them, and says so.
 //
 // gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification.
 

@@ -1,5 +1,5 @@
-// What the JSON of a document says about its geometry, read and checked once. Every index in the records names
-// a record that exists, or is -1 where the JSON has none; every range lies within what it is a range of.
+// The geometry in the JSON of a document, read and checked once. Every index in the records names an existing
+// record, or is -1 where the JSON has none; every range lies within its buffer, view or accessor.
 #pragma once
 
 #include <optional>

@@ -146,8 +146,8 @@ Status set_buffer(Document& document, size_t index, uint64_t byte_length, Expect
   return {};
 }
 
-// Loads the buffers that have bytes somewhere: all except the placeholders for meshoptimizer's decoded data, or
-// these. Views that its decoder could not decode may need them. `uris` are those that take_uris took.
+// Loads the buffers that have bytes somewhere: all except placeholders for meshoptimizer's decoded data, or
+// only these. Views that meshoptimizer could not decode may need them. `uris` comes from take_uris.
 Status load_buffers(Document& document, const Uris& uris, bool fallbacks, std::optional<Buffer> binary_chunk,
                     FileAccess access) {
   const std::vector<BufferRecord>& records = document.records().buffers;

@@ -23,8 +23,8 @@ inline Buffer buffer_of(const MappedFile& file) { return {file.bytes(), file.own
 // parse_document for a mapped file; the buffers' files are mapped as well.
 Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source);
 
-// Whether the file has no bytes for the buffer: it has none in memory either, or meshoptimizer's extension
-// supplies them, and what is in memory was decoded.
+// Whether the file has no bytes for the buffer: memory has none either, or meshoptimizer's extension supplies
+// them, and the bytes in memory are decoded ones.
 bool is_placeholder(const Document& document, size_t buffer);
 
 // Whether the buffer has no bytes although its byteLength is not 0: an unknown extension would supply them.

@@ -43,7 +43,7 @@ void renumber(Json& index, const std::vector<int64_t>& new_index) {
     index = new_index[static_cast<size_t>(*old)];
 }
 
-// Visits all ranges of buffers: those of views, and those of the compressed bytes of views.
+// Visits all ranges of buffers: views, and the compressed bytes of views.
 template <typename Visit>
 void for_each_range(Json& json, Visit&& visit) {
   for_each_element(json, "bufferViews", [&](Json& view) {
@@ -52,7 +52,7 @@ void for_each_range(Json& json, Visit&& visit) {
   });
 }
 
-// Moves the runs together in place; those of a mapped file are copied.
+// Moves the runs together in place; runs of a mapped file are copied.
 void keep_runs(Buffer& buffer, const ByteRuns& covered) {
   const bool is_mapped = buffer.is_shared();
   const auto size = static_cast<size_t>(covered.packed_bytes());
@@ -103,7 +103,7 @@ void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors
   Json& json = document.json();
   const UnknownReferences unknown = find_unknown_references(json);
   const bool fixed_numbers = unknown.has_unknown_extensions;
-  // Elements before the end of those that may be named keep their numbers.
+  // Elements before the last one that may be named keep their numbers.
   const auto fixed_count = [&](const char* name, const std::set<int64_t>& named) -> size_t {
     const size_t size = array_size(json, name);
     if (fixed_numbers || named.empty()) return fixed_numbers ? size : 0;

@@ -11,8 +11,8 @@ namespace psplit {
 namespace {
 
 // The two Draco extensions stand together, stock Draco first, in the place of the one that was listed first.
-// Condensing gives all primitives of the one the other, and expanding gives them back: so a list is then what
-// it was, although nothing says where the other one stood.
+// Condensing replaces one extension by the other in all primitives, and expanding replaces it back: so the list
+// is then restored, although nothing says where the other one stood.
 void join_draco_names(Json& names) {
   const auto stock = std::find(names.begin(), names.end(), Json(kStockExtensionName));
   const auto patches = std::find(names.begin(), names.end(), Json(kExtensionName));

@@ -26,8 +26,8 @@ Expected<std::filesystem::path> write_beside(const std::filesystem::path& folder
 
 std::filesystem::path binary_path(const std::filesystem::path& gltf, FileParts parts);
 
-// The binaries of the existing .gltf at `path` that nothing needs once it is replaced: their names are those of
-// binary_path, and match their content.
+// The binaries of the existing .gltf at `path` that nothing needs once it is replaced: binary_path gives their
+// names, which match their content.
 std::vector<std::filesystem::path> own_binaries(const std::filesystem::path& path);
 
 // Whether a .gltf in the binary's folder contains its digits, or cannot be read.

@@ -109,8 +109,7 @@ class Packer {
     }
   }
 
-  // Whether a view has its bytes among those that meshoptimizer decoded, which no file has, but is not
-  // compressed itself.
+  // Whether a view that is not compressed itself lies in bytes that meshoptimizer decoded, which no file has.
   bool is_stranded(const Json& view) const {
     if (meshopt_extension(view) != nullptr) return false;
     const std::optional<BufferRange> range = range_in_memory(document_, view);
@@ -119,7 +118,7 @@ class Packer {
     return is_placeholder(document_, buffer) && !document_.buffers[buffer].empty();
   }
 
-  // The bytes of buffer `index` that go into the first buffer: all except those that only fallback views cover.
+  // The bytes of buffer `index` that go into the first buffer: all except bytes that only fallback views cover.
   ByteRuns bytes_that_stay(size_t index) const {
     const uint64_t size = document_.buffers[index].size();
     ByteRuns stays(size), leaves(size);
@@ -184,8 +183,8 @@ class Packer {
                                  " becomes a part of another buffer and loses its " + members);
   }
 
-  // Reading gives views that were decoded a placeholder of their own, so that those of a newer codec stay in
-  // the other. The file gets one, as it had, unless other views refer to them.
+  // Reading gives decoded views a placeholder of their own, so that views of a newer codec stay in the other
+  // placeholder. The file gets one, as it had, unless other views refer to them.
   void join_placeholders() {
     const auto differs = [](Json a, Json b) {
       a.erase("byteLength");

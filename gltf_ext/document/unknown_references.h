@@ -1,11 +1,11 @@
 // Accessors, buffer views and buffers that data may name which psplit does not know: extras, unknown extensions
 // and unknown members. What may be named keeps its number and its data.
 //
-// The name of a member tells. An integer in a member called "accessor", "indices" or "attributes", or in an
-// object or an array there, may be the index of an accessor; in "bufferView" or "view" that of a view; in
-// "buffer" that of a buffer. Names are compared word by word ("myBufferViews", "buffer_view"). In unknown
-// extensions a single integer in a member called after values ("values", "positions", "offsets", "input" ...)
-// may be any index. Other integers are none: {"mesh": 0} and {"id": 3} name no data.
+// The name of a member decides. An integer in a member called "accessor", "indices" or "attributes", or in an
+// object or an array there, may be the index of an accessor; in "bufferView" or "view" of a view; in "buffer"
+// of a buffer. Names are compared word by word ("myBufferViews", "buffer_view"). In unknown extensions a single
+// integer in a member called after values ("values", "positions", "offsets", "input" ...) may be any index.
+// Other integers are no indices: {"mesh": 0} and {"id": 3} name no data.
 #pragma once
 
 #include <map>

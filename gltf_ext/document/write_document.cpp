@@ -29,7 +29,7 @@ Status write_glb(const PackedDocument& packed, const fs::path& path, IfReadOnly 
 Status write_gltf(const Document& document, PackedDocument& packed, const fs::path& path,
                   IfReadOnly if_read_only, WriteReport& report) {
   std::error_code error;
-  // Files that were read stay: a user who names the input as the output wants a new asset, not to lose files.
+  // Files that were read stay: a user who names the input as the output does not want to lose files.
   const bool is_input = std::any_of(document.files.begin(), document.files.end(),
                                     [&](const fs::path& file) { return fs::equivalent(file, path, error); });
   const std::vector<fs::path> before = is_input ? std::vector<fs::path>() : own_binaries(path);
@@ -70,7 +70,7 @@ Status write_document(const Document& document, const fs::path& path, const Writ
   const bool to_stdout = path == "-";
   const Expected<fs::path> target = follow_links(path);
   if (!target) return target.status();
-  // The other files of the output are beside what a link leads to.
+  // The other files of the output are beside the target of a link.
   if (*target != path) return write_document(document, *target, options, report);
   const bool glb = to_stdout || lower_extension(path) == ".glb";
   const Place place{.file = to_stdout ? "stdout" : path.string()};

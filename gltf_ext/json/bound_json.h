@@ -6,7 +6,7 @@
 
 namespace psplit {
 
-// Bounds of values of that type as numbers of JSON: those of floats are floats.
+// Bounds of values of that type as numbers of JSON: floats for floats.
 Json bound_json(Span<const double> values, ComponentType type);
 
 }  // namespace psplit

@@ -12,7 +12,7 @@
 
 namespace psplit {
 
-// What became of the points and faces. The counts are those of reduce() (encoder/welding/reduce.h) for the
+// How many points and faces were merged or dropped, as reduce() (encoder/welding/reduce.h) counts them for the
 // whole mesh.
 struct CellStatistics {
   uint64_t points = 0;      // of the input
@@ -61,7 +61,7 @@ class CellParts : public MeshParts {
   std::vector<std::string> losses_;
   AppendFile file_;
   std::vector<Place> places_;
-  // For each point that cells asked each other for, its number among those that several parts use.
+  // For each point that cells asked each other for, its number among the points that several parts use.
   std::vector<uint32_t> shared_number_;
   uint32_t shared_count_ = 0;
   CellStatistics statistics_;

@@ -43,10 +43,10 @@ class LargeMesh {
   // kept.
   bool has_proper_face() const { return has_proper_face_; }
   bool is_soup() const { return mesh_.indices.bytes.empty(); }  // face i has the points 3i to 3i + 2
-  // Those of the records, without values, and without the numbers.
+  // The attributes of the records, without values, and without the numbers.
   const std::vector<Attribute>& attributes() const { return attributes_; }
   size_t record_bytes() const { return record_bytes_; }
-  // The bounds of all positions, also of those that are not stored later.
+  // The bounds of all positions, also of positions that are not stored later.
   const Box& box() const { return box_; }
   // The sample of the edges of the whole mesh, if options.samples_edges.
   const EdgeSample& edges() const { return edges_; }

@@ -19,7 +19,7 @@ namespace psplit {
 struct SpoolOptions {
   std::filesystem::path folder;    // of the temporary files
   uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
-  bool numbers_points = false;     // those of an OBJ or STL get SpooledPoints::numbers
+  bool numbers_points = false;     // points of an OBJ or STL get SpooledPoints::numbers
   OriginChoice origin{};
 };
 
@@ -97,7 +97,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   PrecisePosition origin_{};
 
   bool is_soup_ = false;           // it came as facets
-  std::vector<Attribute> facets_;  // the values of those that wait to be written
+  std::vector<Attribute> facets_;  // the values of facets that wait to be written
   std::vector<PrecisePosition> facet_positions_;
   std::string name_;  // of the solid, if there is only one
   size_t solids_ = 0;

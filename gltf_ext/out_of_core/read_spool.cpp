@@ -81,7 +81,7 @@ Expected<Asset> read(Scanner& scanner, AssetFormat format, const std::filesystem
                      SpoolOptions options, const CheckSizes& check, const ThreadPool& pool) {
   const bool is_obj = format == AssetFormat::kObj;
   if (!can_be_spooled(format)) return unsupported("this format is not read part by part");
-  if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
+  if (is_obj) options.most_zero_normals = 0;  // faces around one spooled point may belong to several points
   Losses losses;
   MeshSpool spool(options, losses);
   ObjHead head;

@@ -14,7 +14,7 @@ struct DescribedPrimitive {
 };
 
 // `describe` is for stock Draco; patches are described by describe_patch (psplit/decode.h). Errors:
-// those of both, and kInvalidInput.
+// as for both, and kInvalidInput.
 Expected<DescribedPrimitive> describe_primitive(const Document& document, PrimitiveId id,
                                                 const DescribeStream& describe, const ThreadPool& pool);
 

@@ -1,5 +1,5 @@
-// Views that meshoptimizer compressed, after edits: values that got another order, and what is left of views
-// that lost some of theirs, are compressed again as they were.
+// Views that meshoptimizer compressed, after edits: values in another order, and the remainder of views that
+// lost values, are compressed again as they were.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ class MeshoptViews {
   // Call before an accessor loses its views.
   void lose(const Document& document, int64_t accessor);
 
-  // Compresses again what lose() named, and what accessors of `freed` that nothing refers to had. Call when the
-  // new values are stored, and before what is unused is dropped: that includes the views they were stored in.
+  // Compresses again the views that lose() named, and the views of accessors of `freed` that nothing refers to.
+  // Call when the new values are stored, and before unused data is dropped, which includes the old views.
   void compress_again(Document& document, const std::vector<int64_t>& freed);
 
  private:

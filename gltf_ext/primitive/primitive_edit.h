@@ -29,7 +29,7 @@ const Json& primitive_json(const Document& document, PrimitiveId id);
 bool all_have_fallbacks(const Document& document, std::span<const PrimitiveId> ids);
 
 // A primitive's extension, which names the attributes and the morph targets that a container or a stream
-// stores. target_count: those of the primitive.
+// stores. target_count: the primitive's morph targets.
 Json draco_extension(int64_t buffer_view, std::span<const AttributeRequest> requests, size_t target_count);
 
 // Makes the container or stream in a buffer view the extension `name` of the group's primitives. Replaces any
@@ -82,8 +82,7 @@ class PrimitiveEditor {
   void release(int64_t accessor) { freed_.push_back(accessor); }
 
   // Compresses views of meshoptimizer again whose values moved. Drops the accessors and views that the edits
-  // left without users, and from the lists of used extensions those of Draco and meshoptimizer that nothing
-  // has.
+  // left without users, and removes unused extensions of Draco and meshoptimizer from the lists of extensions.
   void finish();
 
  private:

@@ -11,7 +11,7 @@ namespace psplit {
 // Reads the attributes and indices of a triangle primitive. `backend` decodes PSPLIT_mesh_draco_patches and
 // KHR_draco_mesh_compression. Primitives without indices get 0, 1, 2 ... Strips and fans become lists. Errors:
 // kInvalidInput (counts of attributes that differ, an index out of range, and others), kUnsupported (no
-// triangles, no POSITION), those of the backend.
+// triangles, no POSITION), and the backend's errors.
 Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                               const ThreadPool& pool);
 
@@ -41,7 +41,7 @@ struct MorphAttribute {
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count = {});
 
-// Takes those that came with a mesh, in the order of its attributes.
+// Takes the morph targets that came with a mesh, in the order of its attributes.
 std::vector<MorphAttribute> take_targets(Mesh& mesh);
 // Makes a mesh's attribute of one.
 Attribute attribute_of(MorphAttribute morph);

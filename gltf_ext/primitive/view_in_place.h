@@ -11,10 +11,10 @@ namespace psplit {
 // The attributes and indices of a plain triangle list in the document's buffers. Without an accessor of
 // indices, they have a count but no bytes: they are 0, 1, 2 and so on. Values are not checked. Errors:
 // kUnsupported if the primitive must be read (read_primitive): it is compressed, a strip or a fan, or an
-// accessor is sparse or padded; those of read_primitive.
+// accessor is sparse or padded; and errors of read_primitive.
 Expected<MeshView> view_in_place(const Document& document, PrimitiveId id);
 
-// The same if it has an accessor of indices that read_indices accepts; nothing if it must be read or is
+// As above, if it has an accessor of indices that read_indices accepts; nothing if it must be read or is
 // invalid.
 std::optional<MeshView> valid_view_in_place(const Document& document, PrimitiveId id);
 

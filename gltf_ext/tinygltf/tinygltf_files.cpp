@@ -33,7 +33,7 @@ bool lend_views(Json& json) {
   return lent;
 }
 
-// Gives meshes with coarse primitives those that replace them. Returns whether there are such meshes.
+// Gives meshes with coarse primitives the primitives that replace these. Returns whether there are such meshes.
 Expected<bool> replace_coarse(Json& json) {
   if (Status status = exchange_primitives(json); !status.ok()) return status;
   bool replaced = false;

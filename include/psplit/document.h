@@ -61,8 +61,7 @@ class PSPLIT_EXPORT AssetTree {
   std::unique_ptr<State> state_;
 };
 
-// Bytes that it owns, or that it shares with other buffers, such as those of a mapped file. Both are read
-// alike.
+// Bytes that it owns, or that it shares with other buffers, such as a mapped file. Both are read alike.
 class PSPLIT_EXPORT Buffer {
  public:
   Buffer() = default;

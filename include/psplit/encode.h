@@ -155,7 +155,7 @@ inline constexpr uint32_t kMostSplitPercent = 3;
 
 inline constexpr int kMostEncodeSpeed = 10;
 
-// The defaults equal those of `gltf-psplit encode`. CodingOptions has the bits of attributes.
+// The defaults equal the command's (`gltf-psplit encode`). CodingOptions has the bits of attributes.
 struct EncodeOptions : CodingOptions {
   PatchTarget patches{};
   Storage storage = Storage::kAsFits;
@@ -223,7 +223,7 @@ struct MeshToEncode {
 
   // plan() sets all of these.
   std::vector<AttributeCoding> codings{};  // of each attribute; until encode() the caller may change them
-  std::vector<PrecisionNote> notes{};      // how its precision was kept, and what is lost
+  std::vector<PrecisionNote> notes{};      // how its precision was kept, and what the grid loses
   std::vector<Attribute> unrounded{};      // weights and morph targets before rounding
   uint32_t patch_count = 1;
 };
@@ -282,7 +282,7 @@ struct EncodedMesh {
   // In the order of the input's attributes: how a decoder is asked for each, and how it is stored.
   std::vector<AttributeRequest> requests;
   std::vector<AttributeCoding> codings;
-  std::vector<PrecisionNote> notes;  // how its precision was kept, and what is lost
+  std::vector<PrecisionNote> notes;  // how its precision was kept, and what the grid loses
   EncodeStatistics statistics;       // of all pieces together
 
   bool is_in_container() const { return !pieces.empty() && pieces.front().is_container; }

@@ -174,9 +174,8 @@ class AttributeDecoder {
            Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
            Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences;
   }
-  // The memory that a walk by prediction degree takes beside that of integers, and releases before they take
-  // that of their values. Those of a condensed stream that are not created take less than what is planned for
-  // them.
+  // The memory that a walk by prediction degree takes beside the integers' memory, and releases before their
+  // values take memory. Values of a condensed stream that are not created take less than is planned for them.
   PSPLIT_HD static size_t walk_bytes(const StreamHeader& header, const ValueCounts& values) {
     if (!is_traversed(header)) return 0;
     const uint32_t faces = header.counts.face_count;

@@ -2,7 +2,7 @@
 //
 //   header       cloud_header.h         the number of points, and which coding follows
 //   attributes
-//     sequential attribute_decoder.h    as those of a mesh without faces: decode_patch.h
+//     sequential attribute_decoder.h    as in a mesh without faces: decode_patch.h
 //     kD-tree    kd_tree_attributes.h   groups and descriptions, and for each group:
 //       tree     kd_tree.h              numbers of points in halves of boxes -> integers by point
 //   output       patch.h                integers -> values of the attribute's type (value_writer.h)

@@ -222,7 +222,7 @@ class FaceRows<Index, true> {
       opposite_[corner] = static_cast<Index>(across);
     }
   }
-  // What is across from corners 1 and 2 of the new last face.
+  // The corners opposite to corners 1 and 2 of the new last face.
   PSPLIT_HD void begin_face(uint32_t across_1, uint32_t across_2) {
     last_ = {{kNone<Index>, static_cast<Index>(across_1), static_cast<Index>(across_2), kNone<Index>}};
   }

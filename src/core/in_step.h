@@ -114,7 +114,7 @@ struct LeftRuns {
   T* at[kInStep] = {};
   uint32_t count = 0;
 
-  // Takes steps as step_most does. Those that were left before are taken first.
+  // Takes steps as step_most does. Runs that were left before come first.
   template <typename Run>
   PSPLIT_HD void take_most(T* const* runs, uint32_t run_count) {
     finish<Run>();

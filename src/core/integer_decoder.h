@@ -61,7 +61,7 @@ class IntegerDecoder {
     return View<uint32_t>(reinterpret_cast<uint32_t*>(corrections_.data()), corrections_.size() - 1);
   }
   PSPLIT_HD uint32_t value_count() const { return group_->sequence.count; }
-  // What is stored besides symbols. A condensed stream sets it itself.
+  // The stored fields besides symbols. A condensed stream sets them itself.
   PSPLIT_HD PredictionData& data() { return data_; }
 
   // The memory that `start`, read_prediction and take_values take for `attributes` attributes that have

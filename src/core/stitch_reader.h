@@ -64,7 +64,7 @@ class StitchReader {
     if (runs_left_ == 0) begin_pairs();
     return !broken_;
   }
-  // The same for pairs. To be called after the last run.
+  // As above, for pairs. To be called after the last run.
   PSPLIT_HD bool next_pair(Pair& pair) {
     if (broken_ || left_ == 0) return false;
     pair = take_pair();

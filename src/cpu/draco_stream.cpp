@@ -34,7 +34,7 @@ Status with_any_patch(const PatchContainer& container, const BorderValues& borde
   });
 }
 
-// The same for a stream.
+// As above, for a stream.
 template <typename Decode = DecodeAll, typename Use>
 Status with_any_stream(std::span<const uint8_t> stream, Use use) {
   const Expected<std::optional<core::CloudHeader>> cloud = read_cloud_header(stream);

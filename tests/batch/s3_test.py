@@ -133,7 +133,7 @@ def test_aws_batch(port):
     run("aws", "s3", "cp", "--only-show-errors", "other.glb", "s3://bucket/assets/0.glb")
     assert array(3) == (1, assets - 1)
 
-    # The words of the AWS command line for what is missing, and for a server that is away.
+    # The words of the AWS command line for a missing object, and for a server that is away.
     shard = {"AWS_BATCH_JOB_ARRAY_INDEX": "0", "AWS_BATCH_JOB_ARRAY_SIZE": "3", "AWS_MAX_ATTEMPTS": "1"}
     run_shard = root / "contrib/aws-batch/run-shard"
     run(run_shard, "s3://bucket/no-plan.jsonl", "s3://bucket/out", expect=2, **shard)

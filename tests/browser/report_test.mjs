@@ -2,7 +2,7 @@
 //
 //   node report_test.mjs WRITE_REPORTS MODULES OUT [SEED]
 //
-// WRITE_REPORTS (write_reports.cpp) writes pages with random times. Those of other seeds can be tested, too.
+// WRITE_REPORTS (write_reports.cpp) writes pages with random times. SEED chooses other times.
 //
 // The page prints nothing on the console, requests only itself, and has a mark for every number of its tables. Nothing is
 // clipped, overlaps or is hard to read: in wide windows, on phones (where charts are drawn for narrow windows, and tables scroll in

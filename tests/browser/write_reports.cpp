@@ -2,9 +2,9 @@
 //
 //   write_reports FOLDER SEED INPUT THREADS PATCHES...
 //
-// Measured times differ from run to run, and the page with them: which marks are near each other, what is
-// noisy, how many digits a number has. Times from a seed make a failure come back. The page is
-// FOLDER/SEED.html. INPUT is the name of the file that it speaks of.
+// Measured times differ from run to run, and so do pages: which marks are near each other, which times are
+// noisy, how many digits a number has. Times from a seed reproduce a failure. The page is FOLDER/SEED.html.
+// INPUT is the name of the file in it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

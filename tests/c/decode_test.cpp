@@ -545,8 +545,8 @@ TEST(CDecode, ACopyOutlivesTheBytes) {
   EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, info.point_count), sample.mesh));
 }
 
-// Opens damaged bytes, and decodes them if that succeeds. Every outcome but a crash is allowed; the codes are
-// those of the C++ interface.
+// Opens damaged bytes, and decodes them if that succeeds. Every outcome but a crash is allowed; the codes equal
+// the codes of the C++ interface.
 void try_bytes(psplit_kind kind, const std::vector<uint8_t>& bytes,
                std::span<const AttributeRequest> requests) {
   const Opened opened = open_bytes(kind, bytes, requests);

@@ -23,7 +23,7 @@ Handle<psplit_mesh> open_grid() {
   return must_open(PSPLIT_KIND_PATCHES, grid_sample().encoded.pieces[0].bytes, grid_sample().requests);
 }
 
-// A struct with bytes behind it, as a newer program has it.
+// A struct with bytes after it, as a newer program has it.
 template <typename Struct>
 struct Grown {
   Struct now = init<Struct>();
@@ -49,7 +49,7 @@ void expect_sizes(const Struct& right, Call call) {
   grown.now.struct_size = sizeof(grown);
   EXPECT_EQ(call(&grown.now), PSPLIT_OK);
 }
-// The same for a struct that is read: what a newer program sets is not ignored.
+// As above, for a struct that is read: members that a newer program sets are not ignored.
 template <typename Struct, typename Call>
 void expect_read(const Struct& right, Call call) {
   expect_sizes(right, call);
@@ -59,7 +59,7 @@ void expect_read(const Struct& right, Call call) {
   grown.later[23] = 1;
   EXPECT_EQ(call(&grown.now), PSPLIT_ERROR_UNSUPPORTED);
 }
-// The same for results: what the library does not know becomes 0.
+// As above, for results: members that the library does not know become 0.
 template <typename Struct, typename Call>
 void expect_written(Call call) {
   expect_sizes(init<Struct>(), call);

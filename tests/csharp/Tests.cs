@@ -282,7 +282,7 @@ static class Tests
 
     static void ArraysStayWhereTheyAre()
     {
-        // Their files are disposed, and nothing else refers to the arrays. Collections move what is not pinned.
+        // Their files are disposed, and nothing else refers to the arrays. Collections move arrays that are not pinned.
         var meshes = Opened(50);
         var wanted = meshes[0].Decode();
         for (int i = 0; i < 5; ++i)

@@ -4,7 +4,7 @@
   csharp_test.py --source FOLDER --library libpsplit.so --build FOLDER
 
 Compiles the library with warnings as errors, runs its tests, which compare the declarations with psplit.h and tests/c/abi.txt,
-compiles the example for SharpGLTF against declarations of it, and checks the package's description. Exits with 77 if there is
+compiles the example for SharpGLTF against declarations of it and the code of the pages, and checks the package's description. Exits with 77 if there is
 no mcs or no mono.
 """
 import argparse, os, pathlib, re, shutil, subprocess, sys
@@ -21,6 +21,9 @@ for program in ("mcs", "mono"):
 package = options.source / "bindings/csharp"
 tests = options.source / "tests/csharp"
 options.build.mkdir(parents=True, exist_ok=True)
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(options.source / "tests/docs"))
+from pages import blocks
 
 
 def run(*command, fails=False, **more):
@@ -47,6 +50,19 @@ def run_tests(header, **more):
 compile("GltfPsplit.dll", "-target:library", *sorted((package / "GltfPsplit").glob("*.cs")))
 compile("Tests.exe", "-r:GltfPsplit.dll", tests / "Tests.cs")
 compile("SharpGltfExample.exe", "-r:GltfPsplit.dll", "-r:System.Numerics", tests / "SharpGltfStub.cs", *(package / "examples").glob("*.cs"))
+# The code of the pages compiles: each block is a function, with arguments for names that it does not declare.
+functions = []
+for block in [*blocks("docs/csharp.md"), *blocks("bindings/csharp/README.md")]:
+    if block.language == "csharp":
+        code = block.code.replace("using GltfPsplit;", "").replace("= ...;", "= default;")
+        arguments = {"mesh": "CompressedMesh", "indices": "uint[]", "positions": "Vector3[]", "texcoords": "Vector2[]"}
+        taken = [f"{kind} {name}" for name, kind in arguments.items() if not re.search(rf"[\]>]\s{name} =|var {name} =", code)]
+        functions.append(f'static void Page{len(functions)}({", ".join(taken)}) {{\n#line {block.line} "{block.page}"\n{code}\n}}')
+if len(functions) < 4:
+    sys.exit(f"the pages have {len(functions)} blocks of C#")
+(options.build / "Pages.cs").write_text("using System; using System.IO; using System.Numerics; using GltfPsplit;\nstatic class Pages {\n"
+                                        + "\n".join(functions) + "\n}\n")
+compile("Pages.dll", "-target:library", "-r:GltfPsplit.dll", "-r:System.Numerics", "-nowarn:219", "Pages.cs")
 said = run_tests(header)
 passed = int(re.search(r"(\d+) passed, 0 failed", said).group(1))
 

@@ -1,5 +1,5 @@
-// Broken containers: a decoder must refuse those that the CPU backend refuses, and decode the others to the
-// same bits.
+// Broken containers: a decoder must refuse each container that the CPU backend refuses, and decode the others
+// to the same bits.
 #pragma once
 
 #include <gtest/gtest.h>

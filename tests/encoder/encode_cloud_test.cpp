@@ -94,7 +94,7 @@ TEST(EncodeCloud, EveryPointComesBackWhereItIsSaidToBe) {
       }
 }
 
-// Each says what is wrong.
+// Each error names the fault.
 TEST(EncodeCloud, RefusesWhatIsNoCloud) {
   const auto fails = [](StatusCode code, Mesh cloud, const EncodeOptions& options, const std::string& text) {
     const Status status = encode(std::move(cloud), options, kPool).status();
@@ -138,7 +138,7 @@ TEST(EncodeCloud, LargeIntegersNeedATree) {
   }
 }
 
-// No grid has such values, so that they are kept exactly, as those of meshes are.
+// No grid has such values, so they are kept exactly, as in meshes.
 TEST(EncodeCloud, ValuesWithoutAGridAreExactAndNoted) {
   Mesh cloud = a_cloud(50);
   const float infinity = INFINITY;

@@ -141,7 +141,7 @@ TEST(EncodeMesh, PatchesAreInTheOrderThatIsAskedFor) {
   for (const NamedMesh& named : all_meshes()) {
     if (named.mesh.faces.size() < 400 || named.mesh.faces.size() > 20000) continue;
     SCOPED_TRACE(named.name);
-    const Coded coded = default_codings(named.mesh, true);  // so that what is measured is what was ordered
+    const Coded coded = default_codings(named.mesh, true);  // so that the measured order is the one asked for
     StreamOptions options{.patch_count = 9, .keep_duplicates = true};
     const PatchOrder near{PatchOrder::By::kNear, {0.25, -0.5, 1}}, size{PatchOrder::By::kSize, {}};
     for (const PatchOrder& order : {PatchOrder(), near, size}) {

@@ -228,7 +228,7 @@ TEST(EncodeParts, RefusesAPartThatNoContainerCanHold) {
   EXPECT_EQ(encoded.status().to_string(), "part 0: more points or faces than a container can hold");
 }
 
-// Flips a bit of what is appended, or of what is read.
+// Flips a bit of the bytes that are appended, or of the bytes that are read.
 class BrokenSpill : public MemorySpill {
  public:
   // Sets `bits` to the number of bits that were appended.
@@ -273,7 +273,8 @@ struct Broken {
   size_t refused = 0, equal = 0;
 };
 
-// Encodes with one bit flipped, for every `step`-th bit of a spill. What is not refused must be the mesh.
+// Encodes with one bit flipped, for every `step`-th bit of a spill. A result that is not refused must be the
+// mesh.
 Broken encode_broken(SpillKind kind, bool when_read, uint64_t step) {
   const Mesh mesh = small_sheet();
   const Coded codings = default_codings(mesh, false);
@@ -385,7 +386,7 @@ MeshInParts parts_with_unused(const Mesh& mesh, const std::vector<uint32_t>& par
   return parts;
 }
 
-// The boxes are those of the decoded mesh, also where parts share points, and in the residue.
+// The boxes fit the decoded mesh, also where parts share points, and in the residue.
 TEST(EncodeParts, BoxesAreThoseOfTheDecodedMesh) {
   std::vector<NamedMesh> meshes = all_meshes();
   meshes.push_back({"leftovers", with_leftovers()});

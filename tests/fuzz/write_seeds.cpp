@@ -29,7 +29,7 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target, in
+// One small asset in every form: plain, in patches, as stock Draco, with a sparse morph target, in
 // condensed patches, with a morph target in patches; as .glb and as .gltf.
 void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   using psplit::Json;

@@ -43,8 +43,7 @@ inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t pri
   return read_primitive(document, {mesh, primitive}, reference_backend(), test_pool());
 }
 
-// All morph targets: those in the container, then those that accessors have, each in the order of their
-// numbers.
+// All morph targets, first of the container, then of accessors, each in the order of their numbers.
 inline std::vector<MorphAttribute> read_all_targets(const Document& document, size_t mesh = 0,
                                                     size_t primitive = 0) {
   Mesh decoded = must(read(document, mesh, primitive));

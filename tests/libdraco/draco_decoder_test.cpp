@@ -48,7 +48,7 @@ std::string describe(const draco::PointCloud& cloud) {
     if (!attribute.is_mapping_identity())
       for (draco::PointIndex point(0); point < cloud.num_points(); ++point)
         write(attribute.mapped_index(point).value(), out);
-    // If libdraco skips the transform of normals, spare bytes of three floats stay behind two integers.
+    // If libdraco skips the transform of normals, spare bytes of three floats stay after two integers.
     out.write(reinterpret_cast<const char*>(attribute.buffer()->data()),
               static_cast<std::streamsize>(attribute.size()) * attribute.byte_stride());
     if (const draco::AttributeTransformData* transform = attribute.GetAttributeTransformData()) {

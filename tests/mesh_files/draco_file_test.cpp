@@ -140,7 +140,7 @@ void put(std::vector<uint8_t>& bytes, const std::string& text) {
 
 using Entries = std::vector<std::pair<std::string, std::string>>;
 
-// The entries of a part, and those of a part in it if it has a name.
+// The entries of a part, and of a part in it if `part` names one.
 void put_tree(std::vector<uint8_t>& bytes, const Entries& entries, const std::string& part = {},
               const Entries& entries_of_part = {}) {
   bytes.push_back(static_cast<uint8_t>(entries.size()));

@@ -110,7 +110,7 @@ TEST(Origin, TheUserDecides) {
             (std::vector<float>{1, 2.5f, 0, 2, 2.5f, 0, 1, 3.5f, 0}));
 }
 
-// Objects that touch stay together. Those that are far from each other cannot.
+// Objects that touch stay together. Objects that are far from each other cannot.
 TEST(Origin, OfSeveralObjects) {
   const auto square = [](const char* name, double x, int first) {
     char text[400];

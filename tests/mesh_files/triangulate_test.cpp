@@ -139,7 +139,7 @@ TEST(Triangulate, CombsSpiralsAndBridgesAreCovered) {
 }
 
 TEST(Triangulate, AnyPlaneAndAnyPlaceWill) {
-  // The same star in a slanted plane, far away, and tiny.
+  // The star in a slanted plane, far away, and tiny.
   for (const float scale : {1e-6f, 1.0f, 1e6f}) {
     std::vector<PrecisePosition> slanted;
     for (const auto& [x, y, z] : star(50, 0.3f))

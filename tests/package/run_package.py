@@ -271,7 +271,7 @@ def check_exports(prefix):
     declared = set(re.findall(r"\w+", re.sub(r"//.*", "", headers)))
     for library in sorted((prefix / "lib").rglob("libpsplit_*.so")):
         own = 0
-        # Minor versions may change interfaces, so the name has both numbers, which are those of version.h.
+        # Minor versions may change interfaces, so the name has both numbers of version.h.
         numbers = re.search(r"_MAJOR (\d+)\n.*_MINOR (\d+)", (prefix / "include/psplit/version.h").read_text()).groups()
         expect(f"{library.name}'s SONAME", rf"SONAME.*\[{library.name}[.]{numbers[0]}[.]{numbers[1]}\]", run("readelf", "-d", library))
         if library.name == "libpsplit_draco.so":

@@ -23,7 +23,7 @@ with tempfile.TemporaryDirectory() as name:
         said = version.said(re.search(pattern, (copy / place.partition("#")[0]).read_text(), re.M))
         if said not in ("7.8.9", "7.8"):
             sys.exit(f"{place} says {said} after scripts/release --version 7.8.9")
-    # Debian's changelog gets an entry, and keeps those that it has.
+    # Debian's changelog gets an entry, and keeps its older entries.
     old, changelog = ((folder / version.kChangelog).read_text() for folder in (source, copy))
     if not changelog.endswith("\n" + old) or changelog.count("\n -- ") != old.count("\n -- ") + 1:
         sys.exit(f"the changelog is {changelog}")

@@ -23,7 +23,7 @@ options = parser.parse_args()
 tests = pathlib.Path(__file__).resolve().parent
 package = tests.parents[1] / "bindings/python"
 
-# What is installed, from the record of the wheel.
+# The installed files, from the record of the wheel.
 DESCRIBE = """
 import gltf_psplit, importlib.metadata, json
 of = importlib.metadata.distribution("gltf-psplit")

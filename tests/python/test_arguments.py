@@ -15,7 +15,7 @@ def asset():
     return gltf_psplit.load(SAMPLES / "seams.glb")
 
 
-# What is right, and for each argument something of a wrong type.
+# A valid call, and for each argument a value of a wrong type.
 CALLS = {
     gltf_psplit.decode: ({"data": DATA}, {"data": 3, "quantized": "yes", "threads": "many", "out": [1]}),
     gltf_psplit.decode_many: ({"data": [DATA]}, {"data": 3, "quantized": 2, "threads": 1.5, "return_exceptions": "x"}),
@@ -98,7 +98,7 @@ def test_names_and_items_of_wrong_types(stream):
 
     with pytest.raises(TypeError, match=r"buffer_view\(0\) returned is a NoneType"):
         gltf_psplit.decode_primitive({"accessors": [right]}, primitive(0), lambda index: None)
-    # What is wrong in a file is an error of the file.
+    # A fault in a file is an error of the file.
     for unique_id in ("0", -1):
         with pytest.raises(gltf_psplit.InvalidInputError, match=r"attributes\['POSITION'\]"):
             gltf_psplit.decode_primitive({"accessors": [right]}, primitive(unique_id), lambda index: stream)

@@ -290,7 +290,7 @@ def test_out_that_is_read_only_or_no_array(stream):
         gltf_psplit.decode(stream, out={"POSITION": [1, 2, 3]})
 
 
-# What is wrong.
+# The faults.
 
 
 def test_every_truncation(stream):

@@ -3,7 +3,7 @@
 
   rust_test.py --source FOLDER --library libpsplit.so --build FOLDER
 
-Runs their tests and the example; compiles them with pkg-config in place of PSPLIT_LIB_DIR; packages both crates, and compiles
+Runs their tests and the example; compiles the code of the pages; compiles them with pkg-config in place of PSPLIT_LIB_DIR; packages both crates, and compiles
 what was packaged; and shows that a header that differs fails. Exits with 77 if there is no rustc or no cargo.
 """
 import argparse, hashlib, json, os, pathlib, shutil, subprocess, sys, tarfile
@@ -35,6 +35,19 @@ def cargo(*arguments, environment=by_folder, fails=False):
     if (done.returncode != 0) != fails:
         sys.exit(f"cargo {' '.join(arguments)}: {done.returncode}\n{done.stdout}")
     return done.stdout
+
+
+def write_pages():
+    """A test of the crate with the code of the pages, which compiles: each block is a function."""
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(options.source / "tests/docs"))
+    from pages import blocks
+    found = [block for page in ("docs/rust.md", "bindings/rust/gltf-psplit/README.md") for block in blocks(page) if block.language == "rust"]
+    assert len(found) >= 3, found
+    arguments = "indices: Vec<u32>, point_count: u32, positions: Vec<f32>, texcoords: Vec<f32>"
+    functions = [f"// {block}\npub fn page_{i}({arguments}) -> Result<(), Box<dyn std::error::Error>> {{\n{block.code}\nOk(())\n}}\n"
+                 for i, block in enumerate(found)]
+    (crates / "gltf-psplit/tests/pages.rs").write_text("#![allow(unused)]\n" + "\n".join(functions))
 
 
 def passed(output):
@@ -84,6 +97,7 @@ def packages():
         (index / packed.stem / ".cargo-checksum.json").write_text(json.dumps(checksum))
 
 
+write_pages()
 count = passed(cargo("test", "--offline"))
 assert count > 15, count
 example = cargo("run", "-q", "--offline", "--example", "decode_glb", str(samples / "patches.glb"))

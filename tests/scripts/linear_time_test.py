@@ -122,7 +122,7 @@ def sheets_around_a_vertex(count):
 
 
 ENCODE = ["encode", "-f", "-j", "1", "IN", "OUT"]
-# What is measured: assets, the smallest size, and the command lines. OUT of the first is ENCODED for the others.
+# The measured commands: assets, the smallest size, and the command lines. OUT of the first is ENCODED for the others.
 CASES = [
     (one_mesh, 40, [ENCODE, ["decode", "-f", "ENCODED", "OUT"], ["validate", "ENCODED"], ["inspect", "ENCODED"],
                     ["diff", "IN", "ENCODED"], ENCODE + ["--fallback", "coarse", "--always-patches"]]),

@@ -23,7 +23,7 @@ inline std::vector<PrecisionNote> guard_codings(const Mesh& mesh, const CodingOp
   return notes ? std::move(*notes) : std::vector<PrecisionNote>();
 }
 
-// A grid for each attribute, fitted to all points of the mesh, also to those that encoding drops. Values that
+// A grid for each attribute, fitted to all points of the mesh, also to points that encoding drops. Values that
 // exceed glTF's limits by rounding noise are set to the limits first.
 inline std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options) {
   std::vector<AttributeCoding> codings;

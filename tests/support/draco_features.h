@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// The numbers are those of the bitstream (draco/compression/config/compression_shared.h), or -1 if the stream
+// The numbers come from the bitstream (draco/compression/config/compression_shared.h), or are -1 if the stream
 // does not have the field.
 struct AttributeFeatures {
   uint32_t unique_id = 0;

@@ -39,7 +39,7 @@ enum class AttributeTransforms {
 // Nothing if libdraco rejects the stream.
 std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream,
                                             AttributeTransforms transforms = AttributeTransforms::kApply);
-// The same for a point cloud: a mesh without faces.
+// Decodes a point cloud, to a mesh without faces.
 std::optional<RawMesh> decode_cloud_with_libdraco(std::span<const uint8_t> stream,
                                                   AttributeTransforms transforms = AttributeTransforms::kApply);
 

@@ -16,7 +16,7 @@ struct DracoStream {
 };
 
 enum class StreamSet {
-  kSmall,  // hundreds of streams with every feature except those of giant meshes; takes a second
+  kSmall,  // hundreds of streams with every feature except giant meshes; takes a second
   kThird,  // every third of kAll, for tests that compare slowly and take long
   kAll,    // some ten thousand streams, of up to two million points, for tests that take long
 };

@@ -18,7 +18,7 @@ MeshInParts::MeshInParts(const Mesh& mesh, std::span<const uint32_t> part_of_fac
     faces_[part].push_back(face);
   }
   std::erase_if(faces_, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
-  // For each point, the last part that uses it; then the number of those that several parts use.
+  // For each point, the last part that uses it; then the number of points that several parts use.
   std::vector<uint32_t> user(mesh.point_count, kNone), shared(mesh.point_count, kNone);
   for (uint32_t part = 0; part < faces_.size(); ++part)
     for (const uint32_t face : faces_[part])

@@ -22,7 +22,7 @@ inline void edit(std::vector<uint8_t>& bytes, size_t at, std::mt19937& random) {
 }
 
 // Calls visit(part) with the first 0, 1, ... bytes, but not with all. Each part is a block of exactly its size,
-// so that the address sanitizer sees an access one byte behind it.
+// so that the address sanitizer sees an access one byte after it.
 template <typename Visit>
 void for_each_truncation(std::span<const uint8_t> bytes, Visit visit) {
   for (size_t length = 0; length < bytes.size(); ++length) {

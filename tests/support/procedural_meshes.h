@@ -59,7 +59,7 @@ Attribute make_attribute(std::string semantic, ComponentType type, uint8_t compo
   return attribute;
 }
 
-// The same for floats.
+// As above, for floats.
 inline Attribute float_attribute(std::string semantic, uint8_t component_count,
                                  const std::vector<float>& values) {
   return make_attribute(std::move(semantic), ComponentType::kFloat32, component_count, false, values);

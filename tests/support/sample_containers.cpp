@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-// The only buffer view of a GLB, whose buffer is behind the JSON.
+// The only buffer view of a GLB, whose buffer follows the JSON.
 std::vector<uint8_t> only_view(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   const std::string file((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());

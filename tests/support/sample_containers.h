@@ -1,4 +1,4 @@
-// Containers of Draco streams for tests without an encoder: those of the extension's samples.
+// Containers of Draco streams for tests without an encoder: the extension's samples.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ void put(Attribute& attribute, size_t index, float value) {
   std::memcpy(attribute.values.data() + index * sizeof value, &value, sizeof value);
 }
 
-// The same mesh with other numbers: points and faces are reordered, and corners are rotated.
+// A mesh with other numbers: points and faces are reordered, and corners are rotated.
 Mesh renumbered(const Mesh& mesh) {
   std::vector<uint32_t> order(mesh.point_count);
   std::iota(order.begin(), order.end(), 0u);
@@ -224,8 +224,7 @@ TEST(CompareMeshes, MatchesNormalsByAngle) {
 }
 
 TEST(CompareMeshes, PairsEqualFacesThatOnlyNormalsTellApart) {
-  // The same triangle three times, each with a normal of its own. In another order, they are still the same
-  // three.
+  // A triangle three times, each with a normal of its own. In another order, they still pair.
   std::vector<float> positions, normals;
   for (int i = 0; i < 3; ++i) positions.insert(positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
   for (const float x : {0.0f, 0.6f, -0.6f})

@@ -41,7 +41,7 @@ inline CommandOutcome run_command(std::vector<std::string> words) {
   return outcome;
 }
 
-// The same with the file `input` as stdin.
+// As above, with the file `input` as stdin.
 inline CommandOutcome run_command_on(const std::string& input, std::vector<std::string> words) {
   EXPECT_NE(std::freopen(input.c_str(), "rb", stdin), nullptr);
   CommandOutcome outcome = run_command(std::move(words));

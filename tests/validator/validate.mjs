@@ -3,7 +3,7 @@
 //   node validate.mjs [--like INPUT] [--allow CODE]... FILE...
 //
 // Prints every error, and exits with 1 if there is one. With --like, errors whose code INPUT itself has do not count,
-// because psplit passes through what is wrong in an asset. --allow exempts one code, for inputs that are not glTF.
+// because psplit passes faults of an asset through. --allow exempts one code, for inputs that are not glTF.
 //
 // gltf-validator is in node_modules beside this file, or beside a copy of it in build/.
 import { readFile } from 'node:fs/promises';

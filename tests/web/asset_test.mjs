@@ -1,4 +1,4 @@
-// psplit/gltf: whole assets as typed arrays. The arrays are those of the native decoder, of draco3d, and of glTF-Transform.
+// psplit/gltf: whole assets as typed arrays, which equal the arrays of the native decoder, of draco3d and of glTF-Transform.
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';

@@ -1,4 +1,4 @@
-// Babylon.js' glTF loader with psplit/babylon, in Chromium. The arrays are those that gltf-psplit decodes.
+// Babylon.js' glTF loader with psplit/babylon, in Chromium. gltf-psplit decodes the same arrays.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -44,7 +44,7 @@ async function prepare() {
         Promise.all(['Positions', 'Normals', 'Tangents', 'UVs'].map((of) => values(targets.getTarget(i)[`get${of}`]()))))) };
   };
   globalThis.streamed = (url, scene, options) => loadStreaming(LoadAssetContainerAsync, url, scene, options);
-  // Those of load(scene, parts). When it resolves, `go` is asked for, if there is one.
+  // The meshes of load(scene, parts). When it resolves, `go` is asked for, if there is one.
   globalThis.facts_of = async (load, go) => {
     const scene = new Scene(engine), parts = [];
     try {

@@ -115,7 +115,7 @@ export async function open_page(url) {
 }
 
 /**
- * Adds a test, which has a site and a page of its own. The options are also those of start_site.
+ * Adds a test, which has a site and a page of its own. start_site gets the options, too.
  * @param {string} name
  * @param {object} options
  * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others

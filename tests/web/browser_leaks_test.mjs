@@ -1,4 +1,4 @@
-// Nothing is left behind in a page: workers, memory of WebAssembly, arrays and objects, whatever ends the work.
+// A page keeps nothing after the work, however that ends: no workers, memory of WebAssembly, arrays or objects.
 import assert from 'node:assert/strict';
 import path from 'node:path';
 import { page_test } from './browser.mjs';

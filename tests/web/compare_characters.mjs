@@ -49,7 +49,7 @@ export function of_babylon({ meshes, skeletons, animationGroups }) {
         if (values) attributes[`${name}, target ${t}`] = { size: 3, values: deltas(values, attributes[name].values) };
     const [pointer = ''] = mesh._internalMetadata?.gltf?.pointers?.filter((text) => text.startsWith('/meshes/')) ?? [];
     const [, m = 0, p = 0] = /^\/meshes\/(\d+)\/primitives\/(\d+)/.exec(pointer) ?? [];
-    // Materials, which are not loaded, would say what is no triangle.
+    // Materials, which are not loaded, would tell triangles from other primitives.
     return { key: `mesh ${m}, primitive ${p}`, attributes, corners: 3, indices: Uint32Array.from(mesh.getIndices()) };
   }).sort(by('key'));
   const bones = [...skeletons].sort(by('id')).flatMap((skeleton) => skeleton.bones.flatMap((bone) => [...bone.getAbsoluteInverseBindMatrix().m]));
@@ -109,7 +109,7 @@ function extent_of(primitives, key) {
     }
   return Math.max(...high.map((value, i) => value - low[i]));
 }
-// Without those that repeat a point, which `encode` drops.
+// Without faces that repeat a point, which `encode` drops.
 function faces_of({ indices, corners }) {
   const faces = [];
   for (let i = 0; i + corners <= indices.length; i += corners) faces.push([...indices.subarray(i, i + corners)]);

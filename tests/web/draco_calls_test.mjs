@@ -154,7 +154,7 @@ test('null objects', () => {
     const { attribute } = missing(draco);
     return [draco.getPointer(attribute), draco.compare(attribute, draco.NULL), attribute instanceof draco.PointAttribute];
   }, 'an attribute that the mesh lacks');
-  // draco3d reads what is at address 0.
+  // draco3d reads from address 0.
   const { decoder, mesh, attribute } = missing(ours), floats = new ours.DracoFloat32Array();
   assert.equal(ours.getPointer(decoder.GetAttribute(mesh, 99)), 0);
   for (const name of ['num_components', 'size', 'data_type', 'byte_stride', 'byte_offset']) assert.equal(attribute[name](), 0, name);
@@ -205,8 +205,8 @@ test('the kind of a stream', () => {
   assert.equal(new ours.Decoder().GetEncodedGeometryType(new ours.DecoderBuffer()), ours.INVALID_GEOMETRY_TYPE);
 });
 
-// Streams whose attributes are described as those of another type. Draco stores unquantized values as their bytes. Those of
-// positions are 0 and 1, because other bytes in place of bools are undefined in draco3d.
+// Streams whose attributes are described with another type. Draco stores unquantized values as their bytes. Positions have
+// bytes 0 and 1, because other bytes in place of bools are undefined in draco3d.
 const { faces } = grid(5);
 const bits_as_floats = (bits) => new Float32Array(Uint8Array.from({ length: 12 }, (_, i) => (bits >> i) & 1).buffer);
 const bit_grid = { faces, points: Array.from({ length: 36 }, (_, i) => [...bits_as_floats(97 * (i + 1))]) };

@@ -274,7 +274,7 @@ test("three's DRACOExporter", async () => {
       const object = new three.Mesh(geometry);
       assert.deepEqual(await exported(ours, object, options), await exported(theirs, object, options));
     }
-  // Without an index it gives a third of the indices. draco3d takes the others from the memory behind.
+  // Without an index it gives a third of the indices. draco3d reads the others from the memory after these.
   const stream = new Int8Array(await exported(ours, new three.Mesh(new three.IcosahedronGeometry(1, 3)))), decoded = new decoders.Mesh();
   assert.ok(new decoders.Decoder().DecodeArrayToMesh(stream, stream.length, decoded).ok());
   assert.equal(decoded.num_faces(), 320);

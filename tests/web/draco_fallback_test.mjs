@@ -14,7 +14,7 @@ const { createDecoderModule } = createRequire(import.meta.url)(path.join(package
 const theirs = await stock.createDecoderModule({}), ours = await createDecoderModule({ draco3d: theirs });
 const alone = await createDecoderModule();
 
-// Sequential point clouds of 2.1 are like those of 2.3.
+// Sequential point clouds of 2.1 have the layout of 2.3.
 const cloud = encode_cloud(100, { method: 'sequential', metadata: true }).with(6, 1), [[, mesh]] = streams();
 const is_newest = (bytes) => bytes[5] === 2 && bytes[6] >= 2;
 const older = corpus_folder === null ? [] : files_below(corpus_folder, /\.drc$/).map((file) => [file, new Uint8Array(readFileSync(file))])

@@ -1,4 +1,4 @@
-// psplit/encode: its containers are those of the command, byte for byte, and decode to the mesh; workers, errors, and a page.
+// psplit/encode: its containers equal the command's, byte for byte, and decode to the mesh; workers, errors, and a page.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
@@ -144,7 +144,7 @@ test('containers decode to the mesh', async () => {
     assert.equal(made.positionError === 0, options.lossless === true);
     assert.deepEqual([...new Set(made.sourcePoints)].length, 51 * 51);
     assert.equal(made.faceCount, 5000);
-    // The same face by its points of the mesh.
+    // A face by its points of the mesh.
     const faces = (indices) => Array.from({ length: indices.length / 3 }, (_, i) => indices.slice(3 * i, 3 * i + 3))
       .map((face) => [0, 1, 2].map((k) => [face[k], face[(k + 1) % 3], face[(k + 2) % 3]].join()).sort()[0]).sort();
     assert.deepEqual(faces(Array.from(made.indices, (point) => made.sourcePoints[point])), faces(Array.from(mesh.indices)));

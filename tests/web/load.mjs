@@ -114,7 +114,7 @@ export function with_asset(source, options, use) {
 export const make_container = (source, patch_faces, ...options) =>
   with_asset(source, ['--patch-faces', String(patch_faces), ...options], (file) => compressed_primitives(file, 'PSPLIT_mesh_draco_patches')[0]);
 
-// The same numbers for the same seed.
+// Equal numbers for equal seeds.
 export function random_numbers(seed) {
   let state = seed >>> 0;
   return (below) => {

@@ -6,7 +6,7 @@ import { modules_folder, package_folder } from './load.mjs';
 const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
 
 /**
- * A file of the package with what it imports, minified, and without the loader's own code. What is imported later is left out.
+ * A file of the package with its imports, minified, and without the loader's own code. Later, dynamic imports are left out.
  * @returns {Promise<Buffer>}
  */
 export async function code_of_page(name) {

@@ -59,7 +59,7 @@ test('encoding', async () => {
   const { decodeGlb } = await import(pathToFileURL(path.join(root, 'build/web/psplit/asset.js')));
   const plain = path.join(folder, 'plain.glb');
   const { io, document: patched } = await run(block('glTF-Transform'), ['io', 'document'], {});
-  // The same asset without its containers.
+  // The asset without its containers.
   for (const extension of patched.getRoot().listExtensionsUsed()) extension.dispose();
   await io.write(plain, patched);
   const { document } = await run(block('Encoding'), ['document', 'psplit'], {});

@@ -1,4 +1,4 @@
-// Draco streams decode to the arrays of stock Draco, to the bit; what is not a stream of bitstream 2.2 is refused.
+// Draco streams decode to the arrays of stock Draco, to the bit; all but streams of bitstream 2.2 are refused.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { corpus_folder, corpus_streams, psplit } from './load.mjs';

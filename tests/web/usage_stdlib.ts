@@ -1,4 +1,4 @@
-// The package's types with those of three-stdlib, which drei's useGLTF has. types_test.mjs compiles it; it never runs.
+// The package's types beside three-stdlib's, which drei's useGLTF has. types_test.mjs compiles it; it never runs.
 import type { Pool } from 'psplit';
 import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
 import { GLTFLoader } from 'three-stdlib';

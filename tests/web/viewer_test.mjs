@@ -136,7 +136,7 @@ test('dropped Draco streams', { skip, timeout: 120000 }, () => with_viewer('#sce
   assert.match(problem, /^cloud\.drc: .*not a Draco mesh/);
 }));
 
-// Encodes what is shown. Returns the file that the page offers, and what the page says.
+// Encodes the shown model. Returns the file that the page offers, and the page's text.
 async function encode_shown(page, state, name) {
   await page.evaluate(() => {
     document.body.dataset.state = 'asked';

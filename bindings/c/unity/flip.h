@@ -1,4 +1,4 @@
-// Between Unity's coordinates, which are left-handed, and those of glTF.
+// Converts between Unity's coordinates, which are left-handed, and glTF's.
 #pragma once
 
 #include <cstdint>

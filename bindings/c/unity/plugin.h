@@ -48,7 +48,7 @@ PSPLIT_UNITY int32_t DecodeDracoMeshStep2(DracoMesh** mesh, void* decoder, void*
 PSPLIT_UNITY void ReleaseDracoMesh(DracoMesh** mesh);
 
 PSPLIT_UNITY bool GetAttribute(const DracoMesh* mesh, int32_t index, DracoAttribute** attribute);
-// The attribute at `index` among those of a type.
+// The attribute at `index` among the attributes of a type.
 PSPLIT_UNITY bool GetAttributeByType(const DracoMesh* mesh, int32_t type, int32_t index,
                                      DracoAttribute** attribute);
 PSPLIT_UNITY bool GetAttributeByUniqueId(const DracoMesh* mesh, int32_t uniqueId, DracoAttribute** attribute);
@@ -58,8 +58,8 @@ PSPLIT_UNITY void ReleaseDracoAttribute(DracoAttribute** attribute);
 // small for them, or a point's number for two bytes.
 PSPLIT_UNITY bool GetMeshIndices(const DracoMesh* mesh, int32_t dataType, void* indices, uint32_t indicesCount,
                                  bool flip);
-// Values by point, of the attribute's own type and componentStride components each; those that the attribute
-// lacks are 0. Fails for integers of 64 bits, doubles, bools, and more than four components.
+// Values by point, of the attribute's own type and componentStride components each; components that the
+// attribute lacks are 0. Fails for integers of 64 bits, doubles, bools, and more than four components.
 PSPLIT_UNITY bool GetAttributeData(const DracoMesh* mesh, const DracoAttribute* attribute, DracoData** data,
                                    bool flip, int32_t componentStride);
 PSPLIT_UNITY void ReleaseDracoData(DracoData** data);

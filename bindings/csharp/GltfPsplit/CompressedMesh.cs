@@ -68,10 +68,10 @@ namespace GltfPsplit
         public bool Normalized;
     }
 
-    /// <summary>What is known about the bytes beside them.</summary>
+    /// <summary>Facts about the bytes that they do not contain.</summary>
     public sealed class OpenOptions
     {
-        /// <summary>Those of the extension's attributes that are wanted, in any order. None for MeshKind.DracoFile.</summary>
+        /// <summary>The wanted attributes of the extension, in any order. None for MeshKind.DracoFile.</summary>
         public IList<AttributeRequest> Attributes;
         /// <summary>The accessors' counts, which are compared with the bytes; 0: not known.</summary>
         public ulong PointCount, IndexCount;
@@ -337,7 +337,7 @@ namespace GltfPsplit
             fixed (uint* first = &MemoryMarshal.GetReference(indices))
                 Decode(-1, first, 4, indices.Length, vertices, places, run);
         }
-        /// <summary>The same for at most 65,535 points.</summary>
+        /// <summary>As above, for at most 65,535 points.</summary>
         public void Decode(Span<ushort> indices, Span<byte> vertices, IReadOnlyList<AttributePlace> places, RunOptions run = null)
         {
             fixed (ushort* first = &MemoryMarshal.GetReference(indices))

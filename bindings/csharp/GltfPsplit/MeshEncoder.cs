@@ -101,9 +101,9 @@ namespace GltfPsplit
         }
 
         /// <summary>
-        /// Adds an attribute: `components` numbers for each point, sbyte to uint or float, or structs of so many floats, as
-        /// System.Numerics.Vector3. `name` is glTF's: POSITION, NORMAL, TEXCOORD_0 ... `bits` of floats are 1 to 30; 0: those of
-        /// the options; -1: the values are kept exactly, as integers always are.
+        /// Adds an attribute: `components` numbers for each point, sbyte to uint or float, or structs of floats, as
+        /// System.Numerics.Vector3. `name` is glTF's: POSITION, NORMAL, TEXCOORD_0 ... `bits` of floats are 1 to 30; 0: the options'
+        /// bits; -1: the values are kept exactly, as integers always are.
         /// </summary>
         public MeshSource Add<T>(string name, T[] values, int components, bool normalized = false, int bits = 0) where T : struct
         {
@@ -201,8 +201,8 @@ namespace GltfPsplit
     public static unsafe class MeshEncoder
     {
         /// <summary>
-        /// Encodes a triangle mesh. The bytes are the same for any number of threads, and those of `gltf-psplit encode`. Faces and
-        /// points get another order: see EncodedMesh.SourcePoints.
+        /// Encodes a triangle mesh, to the bytes of `gltf-psplit encode` with any number of threads. Faces and points get another
+        /// order: see EncodedMesh.SourcePoints.
         /// </summary>
         public static EncodedMesh Encode(MeshSource source, EncodeOptions options = null, RunOptions run = null)
         {

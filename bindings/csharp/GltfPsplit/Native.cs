@@ -53,7 +53,7 @@ namespace GltfPsplit
     {
         private const string Library = "psplit";
 
-        // Those of the header that this file was written from.
+        // The version of the header that this file was written from.
         internal const int PSPLIT_VERSION_MAJOR = 0;
         internal const int PSPLIT_VERSION_MINOR = 1;
         internal const int PSPLIT_VERSION_PATCH = 0;

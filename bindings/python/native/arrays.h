@@ -73,7 +73,7 @@ class OutArrays {
   static constexpr const char* kFaces = "faces";
 
   OutArrays() = default;
-  // `dict` may be None. kUsage for arrays that cannot be filled row by row in any order: those that are not
+  // `dict` may be None. kUsage for arrays that cannot be filled row by row in any order: arrays that are not
   // writable, not in the machine's byte order, that have negative strides, or rows with gaps in them, and rows
   // or arrays that share memory.
   explicit OutArrays(const py::object& dict);

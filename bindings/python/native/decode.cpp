@@ -22,7 +22,8 @@
 namespace psplit::python {
 namespace {
 
-// Names of metadata are bytes that a writer chose. What is not UTF-8 is escaped as Python escapes file names.
+// Names of metadata are bytes that a writer chose. Bytes that are not UTF-8 are escaped as Python escapes file
+// names.
 py::str text_of(const std::string& bytes) {
   return py::reinterpret_steal<py::str>(
       PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape"));

@@ -66,7 +66,7 @@ export class ArrivingBytes {
     if (this.#error !== undefined && this.#length < count) throw this.#error;
   }
 
-  // Views of bytes [begin, end), or of those that there are of them, as they arrive.
+  // Views of bytes [begin, end), as they arrive; fewer if there are fewer.
   async* chunks(begin, end = Infinity) {
     for (let i = 0, at = 0; at < end; ++i) {
       while (i === this.#chunks.length && !this.#is_complete && this.#error === undefined) await this.#change();

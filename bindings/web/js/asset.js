@@ -70,8 +70,8 @@ class Asset {
   #unbacked = 0;         // bytes of accessors without a buffer view
   #expanded = 0;         // bytes that meshoptimizer decodes
   #buffers = new Map();  // promises of bytes by number
-  #views = new Map();    // of those that meshoptimizer compressed: promises of decoded bytes by number
-  #meshes = new Map();   // promises of decoded meshes by what is stored, because primitives may share it
+  #views = new Map();    // compressed by meshoptimizer: promises of decoded bytes by number
+  #meshes = new Map();   // promises of decoded meshes by their stored data, because primitives may share it
 
   constructor({ json, binary }, url, { pool, meshoptDecoder }, signal) {
     this.#json = json;
@@ -143,7 +143,7 @@ class Asset {
     const values = await this.#attributes(definition, [], pointCount);
     return { coding: 'none', pointCount, indices: indices === undefined ? null : (await this.#values(indices)).array, ...arranged(definition, values) };
   }
-  // The attributes that are not compressed, and those of morph targets. `names`: of those that are.
+  // The attributes that are not compressed, also of morph targets. `names`: the compressed attributes.
   async #attributes(definition, names, points) {
     const plain = names_of(definition).filter((name) => !names.includes(name));
     return Object.fromEntries(await Promise.all(plain.map(async (name) =>
@@ -240,7 +240,7 @@ class Asset {
   }
 }
 
-// Attributes, and those of morph targets, as the primitive has them.
+// Attributes, also of morph targets, as the primitive has them.
 function arranged({ targets }, values) {
   const of = { attributes: {}, ...(targets && { targets: targets.map(() => ({})) }) };
   for (const name of Object.keys(values)) set_number(of, name, values[name]);

@@ -50,8 +50,8 @@ const placed = (error, place, extension = kExtensionName) => error_from_data({ c
   message: `${place}/extensions/${extension}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
-// Throws if a mesh does not fit the accessors. If it is one of chosen patches, the container's own accessors get its counts. So do
-// those of stock Draco, because Babylon.js itself does not ask whether the accessors have other ones.
+// Throws if a mesh does not fit the accessors. If it consists of chosen patches, the container's own accessors get its counts. So do
+// accessors of stock Draco, because Babylon.js itself does not compare their counts.
 function fit({ gltf, primitive, stored, accessors, is_draco }, mesh) {
   const { chosen, faceCount, pointCount } = mesh;
   if (chosen === undefined && !is_draco) return check_counts(gltf, primitive, stored.attributes, mesh);
@@ -148,7 +148,7 @@ class PatchesLoader {
   #takes_draco;
   #columns = new Map();  // { container, name } by buffer view; the name of indices is undefined
   #by_primitive = new Map();  // containers
-  #sources = new Map();  // those that arrive, by Upload
+  #sources = new Map();  // sources that arrive, by Upload
   #abort = new AbortController();
 
   constructor(loader, { pool, draco = true }) {
@@ -247,7 +247,7 @@ class PatchesLoader {
     });
     source.growing.push(whole);
     whole.catch(() => {});
-    // Without a first part, the arrays are those of the fallback.
+    // Without a first part, the fallback has the arrays.
     return Promise.race([upload.arrays, whole.then((arrays) => (upload.has_begun ? upload.arrays : arrays))]);
   }
 

@@ -61,7 +61,7 @@ function* decoded_parts(container, first, end) {
   }
 }
 
-// What decoding calls with the end of the decoded streams. It `must` report at their end, and before it waits.
+// The function that decoding calls with the end of the decoded streams. It `must` report at their end, and before it waits.
 function reporter(container, first, end, { reports, parts }, post) {
   if (!reports) return undefined;
   let last = -Infinity, reported = first;

@@ -1,4 +1,4 @@
-// psplit/encode: encodes meshes as containers of patches. The bytes are those of `gltf-psplit encode`.
+// psplit/encode: encodes meshes as containers of patches. `gltf-psplit encode` writes the same bytes.
 import { compile_file, once } from './compile.js';
 import { encode_job, encode_meshes } from './encode_job.js';
 import { job_runner, node_worker, page_worker, wasm_file } from './encode_files.js';

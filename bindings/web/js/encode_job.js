@@ -11,7 +11,7 @@ const is_object = (value) => value !== null && typeof value === 'object';
 const kGltfTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 const kMostPoints = 0xfffffffe, kMostComponents = 16;
 
-// Each option: its default, and what it may be, as its number for the module.
+// Each option has its default, and a function that checks a value and returns its number for the module.
 const a_number = (least, most, is_integer = true) => (value) =>
   (typeof value === 'number' && value >= least && value <= most && (!is_integer || Number.isInteger(value)) ? value : undefined);
 const bits = (least = 1) => a_number(least, 30);

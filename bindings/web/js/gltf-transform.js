@@ -1,5 +1,5 @@
-// The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers, and writes those that it read, or that psplit()
-// made, and whose geometry did not change since. Other geometry is written without the extension.
+// The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers, and writes a container that it read or that
+// psplit() made, if the geometry did not change since. Other geometry is written without the extension.
 import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType, RefList } from '@gltf-transform/core';
 import { error_from_data, PsplitError } from './error.js';
 import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, number_of, slot_of, stored_primitive } from './gltf.js';
@@ -14,7 +14,7 @@ export async function createDecoder(options) {
   return { decodeContainer: (data, options) => decoder.run(make_job('container', data, options)) };
 }
 
-// Calls work(definition of the primitive, what it stores, numbers of mesh and primitive). Errors get the place in the asset.
+// Calls work(definition of the primitive, its stored data, numbers of mesh and primitive). Errors get the place in the asset.
 function for_each_stored_primitive(json, work) {
   (json.meshes ?? []).forEach((mesh, m) => fine_mesh(mesh, m).primitives.forEach((primitive, p) => {
     try {
@@ -63,7 +63,7 @@ class PatchContainer extends ExtensionProperty {
   getDefaults() {
     return Object.assign(super.getDefaults(), { bytes: null, attributes: [], buffer: null });
   }
-  // `attributes`: those that the decoder is asked for.
+  // `attributes`: the decoder is asked for these.
   fill(bytes, attributes, buffer) {
     return this.set('bytes', bytes).set('attributes', attributes).setRef('buffer', buffer);
   }
@@ -466,7 +466,7 @@ function groups_of(meshes, leave) {
   return [...groups.values()];
 }
 
-// For each group the number of those that share its grids. Meshes that have a geometry in common are quantized as one.
+// For each group the number of its set; groups of a set share grids. Meshes that have a geometry in common are quantized as one.
 function grids_of(groups, volume) {
   if (volume !== 'mesh') return groups.map((_, i) => (volume === 'primitive' ? i : 0));
   const lowest = new Map(), root = (mesh) => (lowest.has(mesh) ? root(lowest.get(mesh)) : mesh);
@@ -504,7 +504,7 @@ function offsets_of(root, meshes) {
   return offsets.length === 0 ? undefined : Float64Array.from(offsets.flat());
 }
 
-// The names of morph targets in slots: those that a container stores, and others. The rules are those of gltf-psplit.
+// The names of morph targets in slots, which a container stores or not. gltf-psplit has the same rules.
 function names_of_targets(primitive, { exact = [], lossless }) {
   const stored = [], others = [];
   for (const [t, target] of primitive.listTargets().entries()) for (const name of target.listSemantics()) {

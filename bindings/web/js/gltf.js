@@ -1,5 +1,5 @@
-// What the JSON of a glTF primitive asks of its container, and whether the decoded mesh fits it. The rules are those of the
-// specification of PSPLIT_mesh_draco_patches. Errors name the place in the primitive; callers add mesh and primitive.
+// Reads from the JSON of a glTF primitive what to ask of its container, and checks whether the decoded mesh fits it, by the rules of
+// PSPLIT_mesh_draco_patches. Errors name the place in the primitive; callers add mesh and primitive.
 import { PsplitError } from './error.js';
 
 export const kExtensionName = 'PSPLIT_mesh_draco_patches';
@@ -13,7 +13,7 @@ export const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32A
 const invalid = (message) => new PsplitError(message, 'invalid-input');
 
 /**
- * The bytes of an accessor without gaps, from those of its buffer view. Throws if it is not in them.
+ * The bytes of an accessor without gaps, from its buffer view's bytes. Throws if it is not in them.
  * @returns {Uint8Array}
  */
 export function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {

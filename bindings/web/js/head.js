@@ -3,14 +3,14 @@
 export const kHeaderBytes = 20;
 const kMagic = 0x4c505350;
 
-// Where the head begins and ends. If the bytes that are there are not those of a container, both are 0.
+// Where the head begins and ends. Both are 0 if the present bytes are not a container's.
 export function head_of(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), word = (at) => view.getUint32(at, true);
   const begin = kHeaderBytes + word(12);
   return word(0) === kMagic ? { begin, end: begin + word(16) } : { begin: 0, end: 0 };
 }
 
-// The bytes to the end of the head; 0 if they are not those of a container: then no more are needed.
+// The bytes to the end of the head; 0 if they are not a container's: then no more are needed.
 export const front_bytes = (bytes) => (bytes.length < kHeaderBytes ? kHeaderBytes : head_of(bytes).end);
 
 // Where the head begins, or 0.

@@ -46,7 +46,7 @@ export class Instance {
     });
   }
 
-  // `options` and `post`: container_job.js says what they are.
+  // container_job.js describes `options` and `post`.
   decode_container(bytes, attributes, options, post) {
     return this.guarded(() => decode_alone(this, { ...options, bytes, attributes }, post));
   }

@@ -55,7 +55,7 @@ export class Task {
     this.#transfer = true;
   }
 
-  // For each worker its message, and what is transferred with it. Each has a copy of the bytes, or all have a shared
+  // For each worker its message, and the objects that are transferred with it. Each has a copy of the bytes, or all have a shared
   // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before. Bytes
   // that arrive are not in the message.
   messages(part_count, can_share) {

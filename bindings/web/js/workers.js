@@ -77,7 +77,7 @@ export class Workers {
   #is_disposed = false;
 
   /**
-   * @param {object} options those of createPool @param {object} kit what the workers are: `load(wasm)` resolves to the module that
+   * @param {object} options of createPool @param {object} kit the kind of workers: `load(wasm)` resolves to the module that
    * they get, `worker()` returns what a caller configured, and `does` is what they do. files.js has the rest.
    */
   constructor(options, kit) {

@@ -28,8 +28,8 @@ class ChosenStreams {
 
   // The needed streams come to `memory`, one after the other. It must outlive this.
   void place(std::span<const uint8_t> memory);
-  // The first `arrived` bytes of the memory are there. Gives the container of the patches the streams and
-  // the headers of those that can be decoded since the last call. They may refer to memory that the next call
+  // The first `arrived` bytes of the memory have arrived. Gives the container of the patches the streams and
+  // the headers that can be decoded since the last call. They may refer to memory that the next call
   // replaces. Errors: as for open_container and BorderValues::decode, with the number of the patch in the
   // whole container. Not to be called after one.
   Status arrive(size_t arrived, PatchContainer& container);

@@ -2,7 +2,7 @@
 //
 // One instance of the module decodes all streams, or several share them: the lead takes the first range.
 // Streams refer only to streams before them. So the lead resolves its own references, and another instance
-// those that stay within its range. It sends the lead what all others need (stitching).
+// the references within its range. It sends the lead the data for all others (stitching).
 #pragma once
 
 #include <memory>
@@ -37,8 +37,8 @@ class DecodedContainer {
   // The whole container, until patches of it are chosen.
   const PatchContainer& container() const { return is_outline_ ? chosen_->whole : container_; }
   // Of a container that arrives, whose memory the caller fills: the first `arrived` bytes are there. Returns
-  // the number of streams that have arrived, of chosen patches of those that can be decoded. Not to be called
-  // after a failure, which is that of a stream.
+  // the number of streams that have arrived, or for chosen patches the number that can be decoded. Not to be
+  // called after a stream failed.
   uint32_t arrive(size_t arrived);
 
   // Makes an outline the container of some patches of it, as ChosenStreams says. Returns the streams that they
@@ -65,7 +65,7 @@ class DecodedContainer {
   Stage failed_stage() const;
   const Status& failure() const;
 
-  // The part of the mesh: the faces of the range, and the points that it owns. The indices are those of the
+  // The part of the mesh: the faces of the range, and the points that it owns. The indices count in the
   // mesh.
   const Mesh& part() const { return part_; }
   // Whether the faces of a stream are final, for each stream.

@@ -37,7 +37,7 @@ class DecodedStream {
 
   // Three numbers of points for each face.
   const uint32_t* faces() const { return patch_.point_at.data(); }
-  // The same in numbers of 2 or 4 bytes; `out` is aligned for them. Numbers of 2 bytes are cut off above
+  // As above, in numbers of 2 or 4 bytes; `out` is aligned for them. Numbers of 2 bytes are cut off above
   // 65,535.
   void write_faces(uint32_t index_bytes, void* out) const;
 

@@ -10,8 +10,7 @@ namespace {
 
 using Bytes = core::View<const uint8_t>;
 
-// Five words for each visit: which one it is, and its arguments. Those of bytes are their address and their
-// number.
+// Five words for each visit: its kind, and its arguments. Bytes are an address and a number.
 class MetadataWords : public core::MetadataVisitor {
  public:
   void attribute(uint32_t unique_id) { add(kAttribute, unique_id); }

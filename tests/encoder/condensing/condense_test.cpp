@@ -1,5 +1,5 @@
-// Streams that libdraco's encoder wrote are condensed, and come back bit for bit. Those that would not are
-// stored.
+// Streams that libdraco's encoder wrote are condensed, and come back bit for bit. Streams that would not come
+// back are stored.
 #include "encoder/condensing/condense.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ int64_t condensed_count(std::span<const StreamEntry> entries) {
   return std::ranges::count_if(entries, &StreamEntry::is_condensed);
 }
 
-// Condenses the streams as those of one primitive, and expands them again.
+// Condenses the streams as one primitive, and expands them again.
 CondensedStreams condense_and_expand(std::span<const Bytes> streams, bool smallest = false) {
   CondensedStreams condensed = condense(container_of(streams), smallest, ThreadPool(1));
   EXPECT_EQ(condensed.bytes.size(), streams.size());
@@ -220,7 +220,7 @@ TEST(Condense, MoreSkeletonsThanAHeadHolds) {
   std::vector<Bytes> many;
   for (uint32_t i = 0; i < 300; ++i) {
     Bytes stream = streams[i % 5];
-    stream.push_back(static_cast<uint8_t>(i));  // decoders ignore bytes behind the end
+    stream.push_back(static_cast<uint8_t>(i));  // decoders ignore bytes after the end
     if (i >= 256) stream.push_back(1);
     many.push_back(std::move(stream));
   }

@@ -80,7 +80,7 @@ TEST(BorderValues, AreKnownBeforeLaterPatchesArrive) {
   }
 }
 
-// Only the headers of some patches, in any order, and of those that own their values are there.
+// Only the headers of some patches, in any order, and of the patches that own their values are present.
 TEST(BorderValues, OfSomePatchesNeedOnlyTheirOwners) {
   size_t left_out = 0;
   for (const Shared& shared : shared_samples()) {

@@ -73,8 +73,8 @@ Bytes mutant_of(const Bytes& container, std::mt19937& random) {
   return bytes;
 }
 
-// One verdict for all who read a container: the decoder, the validator, libdraco behind expansion, and
-// expansion itself.
+// All readers of a container have one verdict: the decoder, the validator, expansion, and libdraco after
+// expansion.
 void expect_one_verdict(const Bytes& bytes, std::span<const AttributeRequest> requests, const ThreadPool& pool,
                         const Expected<Mesh>& decoded, const std::string& name) {
   const Expected<PatchContainer> container = open_container(bytes);

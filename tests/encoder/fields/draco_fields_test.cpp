@@ -115,7 +115,7 @@ TEST(DracoFields, EveryPatchAtEverySpeedComesBack) {
     }
 }
 
-// Bytes behind a stream come back too. Two streams of an older encoder do not: before libdraco 1.5.1 the order
+// Bytes after a stream come back too. Two streams of an older encoder do not: before libdraco 1.5.1 the order
 // of equal probabilities depended on the encoder's standard library.
 TEST(DracoFields, StreamsOfTheCorpusComeBack) {
   std::vector<std::string> different;

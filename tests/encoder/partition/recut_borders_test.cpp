@@ -144,8 +144,8 @@ TEST(RecutBorders, KeepsPatchesConnectedAndNoneEmpty) {
   EXPECT_EQ(found.size(), static_cast<size_t>(std::count(dumbbell.begin(), dumbbell.end(), 0u)));
 }
 
-// Patches grown at random on sheets, tubes and tori, with holes or with faces that are repeated, turned, or
-// join what is far apart.
+// Patches grow at random on sheets, tubes and tori, with holes or with faces that are repeated, turned, or join
+// distant points.
 TEST(RecutBorders, KeepsPatchesOfAnyFacesTogether) {
   const ThreadPool pool(2);
   std::mt19937 random(1);

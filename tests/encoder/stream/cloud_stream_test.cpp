@@ -1,4 +1,4 @@
-// Point clouds are those of libdraco's encoder, byte for byte.
+// Point clouds have the bytes of libdraco's encoder.
 #include "encoder/stream/cloud_stream.h"
 
 #include <cstring>
@@ -24,7 +24,7 @@ constexpr Pattern kCloudPatterns[] = {Pattern::kSmooth, Pattern::kRandom, Patter
 using Method = std::optional<CloudMethod>;
 constexpr Method kAny, kTree = CloudMethod::kTree, kSequential = CloudMethod::kSequential;
 
-// The same cloud as a caller of encode_as_draco builds it.
+// The cloud as a caller of encode_as_draco builds it.
 DracoMesh labelled(const Subject& subject) {
   DracoMesh cloud;
   cloud.mesh.point_count = subject.point_count;
@@ -204,7 +204,7 @@ TEST(CloudStream, RandomCloudsHaveTheBytesOfLibdraco) {
         subject.attributes.pop_back();
         add(subject, Role::NORMAL, type, 3, Pattern::kRandom);
       }
-      // Clusters and lines: some bits are those of the value before.
+      // Clusters and lines: some bits repeat the value before.
       if (type != draco::DT_FLOAT32 && below(2) == 0) {
         const auto mask = static_cast<uint8_t>(random());
         std::vector<uint8_t>& bytes = subject.attributes.back().bytes;

@@ -1,4 +1,4 @@
-// The connectivity is that of libdraco's encoder, and the tables are those of its decoder.
+// The connectivity equals that of libdraco's encoder, and the tables equal its decoder's.
 #include "encoder/stream/encode_connectivity.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The bytes are those of libdraco's encoder, and what comes with them is what libdraco decodes.
+// The bytes equal libdraco's, and the facts beside them are the ones that libdraco decodes.
 #include "encoder/stream/encode_stream.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sequential streams are those of libdraco's encoder, byte for byte.
+// Sequential streams have the bytes of libdraco's encoder.
 #include "encoder/stream/sequential_stream.h"
 
 #include <map>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kCompressed = 0, kPlain = 1;
 
-// Of the first byte behind the numbers of faces and points.
+// The place of the first byte after the numbers of faces and points.
 size_t index_coding(std::span<const uint8_t> stream) {
   size_t at = 11;
   for (int number = 0; number < 2; ++number)

@@ -1,5 +1,5 @@
-// The smallest streams are ordinary Draco streams of the same meshes, and no larger than those of libdraco's
-// choices.
+// The smallest streams are ordinary Draco streams of the same meshes, and no larger than libdraco's choices
+// make them.
 #include "encoder/stream/smallest_stream.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// A build without libdraco: what psplit encodes and decodes itself does not change, and calls of the reference
-// say what is missing.
+// A build without libdraco: psplit's own encoding and decoding do not change, and calls of the reference say
+// that libdraco is missing.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -4,8 +4,8 @@ import { next, previous, swing_left, swing_right } from './corner_table.mjs';
 
 const kLevels = 21, kMostSources = 8;
 
-// The head's section of type 3. `token_table` reads a table; `attributes` are those of the section of tables, of which
-// those of deltas are marked.
+// The head's section of type 3. `token_table` reads a table. `attributes` come from the section of tables; attributes of
+// deltas get a mark.
 export function parse_deltas(part, attributes, token_table) {
   const { bits, number, signed, end } = bit_reader(part, 'section of deltas');
   const kinds = kinds_of({ count: 0, used: 5, skip: 0, zero: 10, back: 1, factor: 5 });
@@ -35,7 +35,7 @@ export function parse_deltas(part, attributes, token_table) {
   return { models, some, runs, tables };
 }
 
-// Those that come before vertex i: vertices are numbered in order of creation.
+// The sources that come before vertex i: vertices are numbered in order of creation.
 function sources_of({ opposite, vertex, corner_of }, i) {
   const neighbours = new Set(), across = new Set(), table = { opposite };
   const add_face = (corner) => {
@@ -66,7 +66,7 @@ function weights_of_shares(shares) {
   return weights;
 }
 
-// `places` are those of the sources, seen from the vertex: three numbers each.
+// `places` has the sources' places, seen from the vertex: three numbers each.
 function affine_weights(places) {
   const count = places.length;
   if (count < 2) return weights_of_shares(places.map(() => 1));

@@ -363,8 +363,8 @@ export function decode_container(draco, bytes, requests) {
   return { points, indices, values, uses };
 }
 
-// The decoded primitive: points, indices, and for each semantic that the container stores its bytes. `targets` has those of
-// morph targets.
+// The decoded primitive: points, indices, and for each semantic that the container stores its bytes. `targets` has the bytes
+// of morph targets.
 export function decode_primitive(draco, asset, primitive) {
   const extension = primitive.extensions.PSPLIT_mesh_draco_patches;
   const stored = Object.keys(extension.attributes).map((semantic) =>

@@ -120,7 +120,7 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
   }
 }
 
-// What is encoded again without condensing is encoded again.
+// A primitive that is encoded again without condensing is encoded again.
 TEST(Condense, StockDracoThatIsEncodedAgainIsCondensedThen) {
   const Document before = stock_document(rough_sheet());
   EncodeDocumentOptions coarse = DocumentOptions{.position_bits = 6};
@@ -136,7 +136,7 @@ TEST(Condense, StockDracoThatIsEncodedAgainIsCondensedThen) {
   EXPECT_EQ(condensed.json(), plain.json());
 }
 
-// Others write the bounds of what they encoded. A container needs those of what is decoded.
+// Other encoders write the bounds of their input. A container needs the bounds of the decoded values.
 TEST(Condense, BoundsOfStockDracoBecomeExact) {
   const Document exact = stock_document(rough_sheet());
   Document document = exact;

@@ -1,6 +1,5 @@
-// The bytes of some encoded documents, pinned as tests/encoder/container_bytes_test.cpp pins those of
-// containers: here the choice of codings, grids shared by meshes, the number of patches and the kind of storage
-// count too.
+// The bytes of some encoded documents are pinned, as tests/encoder/container_bytes_test.cpp pins containers:
+// here the choice of codings, grids shared by meshes, the number of patches and the kind of storage count too.
 #include <iomanip>
 
 #include "gltf_ext/primitive/accessors.h"

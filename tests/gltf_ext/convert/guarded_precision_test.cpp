@@ -1,5 +1,5 @@
-// Documents whose default grids would lose what their meshes tell apart: what is encoded, and what the report
-// says.
+// Documents whose default grids would make distinct values equal: tests the codings, and the report's
+// sentences.
 #include <algorithm>
 #include <cmath>
 

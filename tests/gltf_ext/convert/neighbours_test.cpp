@@ -62,7 +62,7 @@ void encode_whole(Document& document, const EncodeDocumentOptions& options = {})
   must(encode_document(document, options, reference_backend(), test_pool()));
 }
 
-// The same, and its warnings.
+// Encodes the document, and returns the warnings.
 std::vector<std::string> warnings_of(Document& document, const EncodeDocumentOptions& options = {}) {
   std::vector<std::string> warnings;
   for (const auto& report : must(encode_document(document, options, reference_backend(), test_pool())))
@@ -120,7 +120,7 @@ TEST(Neighbours, StockDracoKeepsTheGridsThatItStates) {
     }
 }
 
-// decode --to draco: values of 12 bits would move on a grid of 14, and those of 20 even become coarser.
+// decode --to draco: values of 12 bits would move on a grid of 14, and values of 20 bits even become coarser.
 TEST(Neighbours, StockDracoThatIsDecodedFirstKeepsItsGrid) {
   for (const int bits : {12, 20}) {
     Document document = in_stock_draco({sheet(0)}, bits);

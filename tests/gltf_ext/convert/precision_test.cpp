@@ -25,7 +25,7 @@ struct FloatAttribute {
 struct Sheet {
   std::vector<FloatAttribute> attributes;
   Mesh mesh;                // without attributes; the faces of the sheet come first
-  std::vector<Row> points;  // those of the sheet come first
+  std::vector<Row> points;  // points of the sheet come first
   uint32_t stored_points = 0;
   size_t stored_faces = 0;
 

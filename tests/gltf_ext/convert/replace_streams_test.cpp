@@ -72,7 +72,7 @@ TEST(ReplaceStreams, SmallerStreamsSaveWhatIsSaid) {
     Document without = document;
     for (auto& [view, replacement] : replacements) {
       const auto old = must(buffer_view_bytes(document, view));
-      replace_streams(without, {{view, old}});  // drops the bytes behind the last view
+      replace_streams(without, {{view, old}});  // drops the bytes after the last view
     }
     const uint64_t saved = bytes_saved(document, replacements);
     replace_streams(document, replacements);

@@ -66,7 +66,7 @@ TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
   EXPECT_EQ(done.back(), mesh.faces.size());
 }
 
-// A .drc file states no bounds, but glTF requires those of positions.
+// A .drc file states no bounds, but glTF requires bounds of positions.
 TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
   const Mesh mesh = make_grid(30, 20);
   AttributeCoding grid = must(fit_grid(mesh.attributes[0], 14));

@@ -176,7 +176,7 @@ TEST(TargetsInPatches, HaveTheSeamsOfOthers) {
   must(encode_document(document, options_with(1), reference_backend(), test_pool()));
   const StoredPrimitive stored = must(stored_primitive(document, {0, 0}));
   const PatchContainer container = must(open_container(stored.bytes));
-  // NORMAL has seams, and the deltas of normals have the same ones. Those of POSITION have none.
+  // NORMAL has seams, and the deltas of normals have the same seams. Deltas of POSITION have none.
   const std::span<const uint8_t> stream = container.streams[0];
   const size_t kind = 11;  // the version, the methods and the flags of the header
   core::ByteReader reader({stream.data(), stream.size()});

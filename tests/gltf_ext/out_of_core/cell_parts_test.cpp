@@ -284,7 +284,7 @@ TEST(CellParts, NormalsWithoutADirection) {
     ASSERT_TRUE(parts.parts.ok()) << parts.parts.status().to_string();
     expect_as_reduced(**parts.parts, file.objects[0].parts[0].mesh);
     EXPECT_EQ(parts.losses.sentences(), file.losses.sentences());
-    // The codings are those of the whole mesh.
+    // The whole mesh has these codings, too.
     Mesh& repaired = file.objects[0].parts[0].mesh;
     const std::vector<AttributeCoding> expected = choose_codings(repaired, {});
     const std::vector<AttributeCoding>& actual = (*parts.parts)->codings();

@@ -135,7 +135,7 @@ Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, cons
   return OutOfCoreResult{std::move(asset->document), std::move(reports->front()), std::move(asset->warnings)};
 }
 
-// No temporary file is left. On Windows those of a result have a name while it exists.
+// No temporary file is left. On Windows the files of a result have names while it exists.
 void expect_no_file(const TestFolder& folder) {
   if (!is_posix()) return;
   EXPECT_TRUE(std::filesystem::is_empty(folder));
@@ -505,7 +505,7 @@ TEST(EncodeOutOfCore, KeepsAll) {
   }
 }
 
-// Those of the streams that the parts have.
+// Boxes come from the parts' streams.
 TEST(EncodeOutOfCore, StoresBoxes) {
   for (const bool condense : {false, true}) {
     EncodeDocumentOptions options;

@@ -1,4 +1,4 @@
-// The head of a container with condensed streams: what is read, and what is refused.
+// The head of a container with condensed streams is read, and malformed heads are refused.
 #include "src/container/condensed_head.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 // A head that a test may change before it is written.
 struct HeadFields {
-  std::vector<std::vector<uint8_t>> skeletons = {{0, 0, 7}, {}};  // behind kSkeletonFront
+  std::vector<std::vector<uint8_t>> skeletons = {{0, 0, 7}, {}};  // after kSkeletonFront
   uint32_t level = 5, contexts = 1;
   std::vector<std::array<uint32_t, 5>> symbols = {{4096, 0, 0, 0, 0},
                                                   {0, 0, 0, 0, 0},

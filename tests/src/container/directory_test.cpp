@@ -9,7 +9,7 @@
 namespace psplit {
 namespace {
 
-// Rows like those of real containers: about as many faces each, half as many points, some references.
+// Rows as in real containers: about as many faces each, half as many points, some references.
 std::vector<StreamEntry> likely_rows(std::mt19937& random, size_t count, uint32_t skeleton_count) {
   const auto about = [&](uint32_t value) { return value - value / 20 + random() % (value / 10 + 1); };
   std::vector<StreamEntry> rows;
@@ -83,7 +83,7 @@ TEST(Directory, TakesFewBytesForSimilarRows) {
   EXPECT_GT(write_directory(stored, false).size(), write_directory(condensed, false).size() + 100);
 }
 
-// The distance from what is expected is taken modulo 2^32, so there are no numbers that cannot be written.
+// The distance from the expected number is taken modulo 2^32, so every number can be written.
 TEST(Directory, GivesBackAnyNumbers) {
   std::mt19937 random(7);
   for (int round = 0; round < 4000; ++round) {

@@ -91,7 +91,7 @@ TEST(PatchContainer, OpensAsItsBytesArrive) {
   ASSERT_TRUE(open_front(front, false, container).ok());
   EXPECT_EQ(container.total_bytes(), bytes.size());
   EXPECT_EQ(container.entries, whole.entries);
-  // Memory of exactly this size: a read behind what has arrived would read zeros, which are no header.
+  // Memory of exactly this size: a read after the bytes that arrived would find zeros, which are no header.
   std::vector<uint8_t> memory(bytes.size());
   container.place(memory);
   for (size_t arrived = 0; arrived <= bytes.size(); ++arrived) {
@@ -116,7 +116,7 @@ Mesh line_of_points(const PatchContainer& container) {
       const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
       mesh.attributes[0].values.insert(mesh.attributes[0].values.end(), bytes, bytes + sizeof(value));
     }
-  // The faces of stream 1 also use point 10, which stream 0 owns. Those of the residue use point 5.
+  // The faces of stream 1 also use point 10, which stream 0 owns. The residue's faces use point 5.
   for (uint32_t face = 0; face < container.face_count(); ++face)
     mesh.faces.push_back(face < 100   ? std::array{0u, 1u, 2u}
                          : face < 201 ? std::array{10u, 61u, 62u}
@@ -220,7 +220,7 @@ TEST(PatchContainer, EveryChangedHeaderByteIsAnErrorOrAnotherDirectory) {
   EXPECT_GT(opened, original.header_bytes);  // the bytes as they are, and others
 }
 
-// A change of one part, and what is said of it.
+// A change of one part, and its error.
 TEST(PatchContainer, RefusesEachContradictionWithItsPatch) {
   struct Case {
     const char* message;

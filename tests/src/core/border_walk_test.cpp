@@ -1,4 +1,4 @@
-// The border walk of small patches. decode_patch_test compares those of whole streams with the definition.
+// The border walk of small patches. decode_patch_test compares walks of whole streams with the definition.
 #include "src/core/border_walk.h"
 
 #include <gtest/gtest.h>

@@ -149,7 +149,7 @@ TEST(DecodeCloud, ManyPointsNeedMemoryThatTheirBytesDoNotJustify) {
     std::vector<uint8_t> bytes = stream.bytes;
     constexpr size_t kCount = 11;
     constexpr size_t kFlags = 10;
-    // The number is elsewhere behind metadata, and means nothing without attributes.
+    // After metadata the number is elsewhere, and without attributes it means nothing.
     if (bytes[kFlags] >= 0x80 || stream.name.find("no attributes") != std::string::npos) continue;
     bytes[kCount + 3] = 0x7f;
     CloudHeader header;

@@ -25,7 +25,7 @@ StreamHeader header_of(std::span<const uint8_t> bytes) {
 
 template <typename Index>
 void expect_decoded(const DracoStream& stream, const RawMesh& expected) {
-  // A block of exactly this size: the address sanitizer sees an access one byte behind it.
+  // A block of exactly this size: the address sanitizer sees an access one byte after it.
   const std::vector<uint8_t> bytes(stream.bytes);
   RawMesh decoded;
   ASSERT_EQ(fault_text(decode_in_workspace<Index>(header_of(bytes), bytes.size(), expected, decoded)),

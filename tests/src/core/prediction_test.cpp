@@ -109,8 +109,7 @@ TEST(Prediction, SeveralParallelogramsPredictTheirMean) {
   EXPECT_EQ(predicted_in_fan<3>(kLeftFace, predict), kLeft);
 }
 
-// The same with the flags of vertex 5's two parallelograms: a flag that is set excludes one. Nothing if there
-// is a fault.
+// As above, with flags for vertex 5's two parallelograms: a set flag excludes one. Nothing if there is a fault.
 template <uint32_t kComponents>
 std::optional<int32_t> predicted_with_creases(uint16_t met, std::vector<uint8_t> flags) {
   std::vector<uint8_t> memory(1 << 20);

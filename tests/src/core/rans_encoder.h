@@ -26,7 +26,7 @@ inline void append_state(Bytes& block, uint32_t state, uint32_t base) {
   block.back() = static_cast<uint8_t>(block.back() | (count - 1) << 6);
 }
 
-// A symbol that has `prob` of `total`, behind those below `first`. States stay below base * 256.
+// A symbol with `prob` of `total`; `first` is the sum of smaller symbols'. States stay below base * 256.
 inline void encode_step(Bytes& block, uint32_t& state, uint32_t base, uint32_t total, uint32_t prob,
                         uint32_t first) {
   while (state >= uint64_t{base} / total * 256 * prob) {

@@ -1,4 +1,4 @@
-// Both symbol codings, raw and tagged: values come back in place, alone and in step, and the reader is behind
+// Both symbol codings, raw and tagged: values come back in place, alone and in step, and the reader ends after
 // them.
 #include "src/core/symbols.h"
 
@@ -42,7 +42,7 @@ std::vector<uint32_t> values_below_16(size_t count) {
   return values;
 }
 
-// Decodes one sequence; the stream has one more byte behind it.
+// Decodes one sequence; the stream has one more byte after it.
 struct Decoded {
   Fault fault = Fault::kNone;
   std::vector<uint32_t> values;

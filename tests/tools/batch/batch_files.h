@@ -45,7 +45,7 @@ class BatchFiles : public CommandTest {
     return found;
   }
 
-  // All files below a folder, except those of the batch itself, with their bytes.
+  // All files below a folder, with their bytes, except the batch's own.
   std::map<std::string, std::string> files(const std::string& name) const {
     std::map<std::string, std::string> found;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path(name)))

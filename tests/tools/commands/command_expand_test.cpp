@@ -189,7 +189,7 @@ TEST_F(ExpandCommand, TheProfileForSizeChoosesByBytes) {
   const auto condensed = encoded({"--condense"});
   EXPECT_LT(condensed.size(), by_bytes.size());
   EXPECT_LE(condensed.size(), encoded({"--condense", "--encode-speed", "5"}).size());
-  // What is condensed are Draco streams of the same mesh.
+  // The condensed streams are Draco streams of the same mesh.
   encoded({"--condense"});
   must_run({"expand", path("out.glb"), path("expanded.glb"), "-q"});
   must_run({"diff", path("out.glb"), path("expanded.glb"), "-q"});

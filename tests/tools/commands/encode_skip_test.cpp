@@ -78,7 +78,7 @@ TEST_F(EncodeSkip, LeavesAttributesOutAndCountsThem) {
   must_run({"validate", path("out.gltf"), "-q"});
   EXPECT_EQ(run({"diff", path("asset.gltf"), path("out.gltf")}), 7);
   EXPECT_TRUE(contains(out_, "TEXCOORD_1"));
-  // The same for a primitive that stays as it was, and without a material for all coordinates.
+  // Skips in a primitive that stays as it was, too, and without a material all coordinates.
   nlohmann::json json = asset();
   this->primitive(json).erase("material");
   this->primitive(json)["mode"] = 0;

@@ -162,7 +162,7 @@ TEST(Comparison, DecodesUnsplitMeshesTogetherAsStockStreams) {
   options.rules = {{.patches = 1}, {.patches = 1, .condense = true}};
   options.thread_counts = {1};
   options.repeat = 1;
-  std::vector<std::pair<size_t, size_t>> calls;  // tasks, and those of them that are stock streams
+  std::vector<std::pair<size_t, size_t>> calls;  // tasks, and how many of them are stock streams
   DecodeBackend counting = cpu_backend();
   counting.decode_into = [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                              const ThreadPool& threads, const Watch& watch) {

@@ -1,4 +1,4 @@
-// Which meshes count as the same, and the reports about those that differ.
+// Which meshes count as equal, and the reports about meshes that differ.
 #include "tools/gltf_psplit/diff/compare_assets.h"
 
 #include "psplit/decode.h"

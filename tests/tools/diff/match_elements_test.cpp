@@ -37,7 +37,7 @@ size_t pairs(const ElementMatch& match) {
   return static_cast<size_t>(count);
 }
 
-// The limits are those of `b`.
+// The limits come from `b`.
 ElementMatch match(const Mesh& a, const Mesh& b, const std::vector<double>& within) {
   const ElementBag bag_a = bag_of(a, std::vector<double>(within.size(), 0.0)), bag_b = bag_of(b, within);
   const ElementPair pair(bag_a, bag_b, std::vector<bool>(within.size(), false));

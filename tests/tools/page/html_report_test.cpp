@@ -265,7 +265,7 @@ TEST(HtmlReport, DrawsEveryMarkOfNumbersThatNoAxisHas) {
   EXPECT_EQ(count_of(part_of(empty, "id=\"size-speed\"", "</figure>"), "class=\"mark"), 2 * 5u);
 }
 
-// A drawing of a chart, read back. Letters are taken to be as wide as those of a common wide font.
+// A drawing of a chart, read back. Letters are taken to be as wide as in a common wide font.
 struct DrawnText {
   std::string kind, text;
   double left, top, right, bottom;

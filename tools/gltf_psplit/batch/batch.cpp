@@ -349,7 +349,7 @@ class Batch {
     running_.clear();
   }
 
-  // Removes what a killed worker left of an asset.
+  // Removes the files that a killed worker left of an asset.
   void clean_up_after(uint64_t id, const BatchItem& item) const {
     if (arguments_.staging.any()) remove_folder(staged_.path() / std::to_string(id));
     if (!arguments_.dry_run) remove_dead_temporaries((arguments_.request.folder / item.name).parent_path());
@@ -414,7 +414,7 @@ class Batch {
   ProgressBar* bar_ = nullptr;
   std::unique_ptr<ChildProcess> worker_;
   std::map<uint64_t, Running> running_;
-  std::deque<BatchItem> again_, alone_;  // those that a worker lost
+  std::deque<BatchItem> again_, alone_;  // items that a worker lost
   uint64_t last_id_ = 0, bytes_done_ = 0;
   size_t dropped_ = 0;
   bool at_end_ = false;

@@ -46,9 +46,8 @@ struct BatchArguments {
 Status run_batch(const BatchArguments& arguments, const Session& session);
 
 // Lists on stdout the outputs in the folder that a batch made from inputs that are gone; with `force` it
-// removes them. The input was below the same base folder as those of `arguments.request`, which no longer name
-// it. What changed since a batch made it stays, and so do images beside a .gltf. kMayPass if a batch is running
-// there.
+// removes them. The input was below the base folder of `arguments.request`, whose inputs no longer name it.
+// Outputs that changed since stay, and so do images beside a .gltf. kMayPass if a batch is running there.
 Status prune_outputs(const BatchArguments& arguments, const Session& session);
 
 // Plans a batch of `arguments.request` into a file (manifest.h). `options` are the words of the command line

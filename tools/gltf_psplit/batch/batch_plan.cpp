@@ -25,7 +25,7 @@ bool is_same_path(const fs::path& a, const fs::path& b) {
   return a == b || name_to_compare(a.string()) == name_to_compare(b.string());
 }
 
-// The components of a path after those of the folder; empty if the path is not below it.
+// The components of a path below the folder; empty if the path is not below it.
 fs::path path_below(const fs::path& folder, const fs::path& path) {
   auto [in_folder, in_path] =
       std::mismatch(folder.begin(), folder.end(), path.begin(), path.end(), is_same_path);

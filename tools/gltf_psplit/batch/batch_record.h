@@ -18,7 +18,7 @@
 
 namespace psplit {
 
-// The hash of an asset: its JSON, the bytes of its buffers, and those of the image files that it refers to.
+// The hash of an asset: its JSON, and the bytes of its buffers and of the image files that it refers to.
 std::string hash_asset(const Document& document);
 
 // The files of an output, with the images and other files that it refers to, and the hash of their bytes. Whole
@@ -61,7 +61,7 @@ class BatchRecord {
   BatchRecord& operator=(const BatchRecord&) = delete;
 
   // Makes the folders if they do not exist, and locks the shard's file. kMayPass if another process has locked
-  // it, or if shards of another count run. Other errors: those of io_error.
+  // it, or if shards of another count run. Other errors: as for io_error.
   Status open(const std::filesystem::path& folder, const Shard& shard);
 
   // Opens the record in a process that works for the one that has opened it.

@@ -71,7 +71,7 @@ class BatchTally {
 
   BatchVerb verb_;
   size_t assets_ = 0, done_ = 0, up_to_date_ = 0, planned_ = 0;
-  size_t failed_ = 0, may_pass_ = 0;  // `may_pass_` counts those of `failed_` that may succeed in another run
+  size_t failed_ = 0, may_pass_ = 0;  // `may_pass_`: of `failed_`, the assets that may succeed in another run
   // The code of the first that may not, in the order of names: threads end in any order.
   StatusCode first_ = StatusCode::kOk;
   std::string first_input_;

@@ -163,8 +163,8 @@ class ObjLines {
     could_split_ += corners - positions;
   }
 
-  // Of a whole file of that size. Where corners of one position are different points in the sample, all corners
-  // of the file that could be are taken to be so in proportion.
+  // The counts of a whole file of that size. If corners of one position are different points in the sample, the
+  // same share of the file's corners is assumed to be.
   AssetCounts counts(uint64_t bytes) const {
     if (bytes_ == 0) return {};
     const double scale = static_cast<double>(bytes) / static_cast<double>(bytes_);

@@ -1,4 +1,4 @@
-// What is done once for all shards of a batch: the plan before, and the merge after.
+// Runs once for all shards of a batch: the plan before, and the merge after.
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
@@ -32,8 +32,8 @@ class Reports {
  public:
   Reports(const fs::path& folder, uint32_t count) : folder_(folder), count_(count) {}
 
-  // Finds the shards whose last run has not finished, or was that of another plan than the newest. Of these it
-  // finds those that run, and of the others those whose assets failed.
+  // Finds the shards whose last run has not finished, or belongs to an older plan; among these the shards that
+  // run now, and among the others the shards with failed assets.
   Status find_states() {
     std::vector<std::optional<std::string>> plans;
     std::vector<bool> has_failed;

@@ -53,16 +53,16 @@ class StagedAsset {
 
   // Makes the folder. Errors: as for io_error.
   Status open();
-  // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if
-  // the command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no
-  // such input.
+  // Runs --fetch, and returns the file, whose size and hash match the item's if it states them. kMayPass if the
+  // command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no such
+  // input.
   Expected<std::filesystem::path> fetch(const BatchItem& item) const;
   // Runs --fetch for the files without which the input cannot be read: buffers of glTF, and the material
   // libraries of an OBJ. They keep their paths below the input's folder, and only such files are brought. One
-  // that --fetch does not find (66) is left to the reader. Other errors: those of `fetch`.
+  // that --fetch does not find (66) is left to the reader. Other errors: as for `fetch`.
   Status fetch_parts(const BatchItem& item) const;
-  // The same for the other files that the document refers to, such as textures. kUnsupported for one that is
-  // not below the input's folder.
+  // Fetches the other files that the document refers to, such as textures. kUnsupported for one that is not
+  // below the input's folder.
   Status fetch_links(const BatchItem& item, const Document& document) const;
   // Where to write the output before it is stored.
   std::filesystem::path output(const BatchItem& item) const;

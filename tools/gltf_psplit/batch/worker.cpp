@@ -77,8 +77,8 @@ class MemoryBudget {
     MemoryBudget* budget_;
     uint64_t bytes_;
   };
-  // Waits until the asset fits beside those that run. Calls `wait` before, if it has to. An asset that never
-  // fits runs alone: the estimate may be too high, and the worker process protects the others.
+  // Waits until the asset fits beside the running ones. Calls `wait` first, if it has to wait. An asset that
+  // never fits runs alone: the estimate may be too high, and the worker process protects the others.
   Share take(uint64_t bytes, const std::function<void()>& wait);
 
  private:
@@ -162,7 +162,7 @@ class AssetWork {
   BatchRecord& record_;
   MemoryBudget& memory_;
   const std::filesystem::path staging_folder_;
-  const std::string options_;  // those of encoding, for made_from
+  const std::string options_;  // options of encoding, for made_from
   std::atomic<bool> spares_report_ = false;
 };
 
@@ -423,7 +423,7 @@ Status AssetWork::check_report_beside(const Files& files) {
   return status;
 }
 
-// The same for a check without an output.
+// Whether a check, which has no output, need not run.
 bool AssetWork::is_checked(Job& job, const std::string& key) const {
   job.outcome.up_to_date = !arguments_.force && record_.has(job.record_name, {key, kPassed});
   job.outcome.planned = !job.outcome.up_to_date && arguments_.dry_run;

@@ -28,7 +28,7 @@ struct BatchCommandArguments {
   std::string form = "glb", verb = "encode", shard, progress = "bar", plan;
   bool with_hashes = false;
   std::function<void()> resolve;            // completes the encode options
-  std::vector<const CLI::Option*> planned;  // those that a plan keeps
+  std::vector<const CLI::Option*> planned;  // options that a plan keeps
 };
 
 void add_inputs(CLI::App& command, BatchArguments& batch) {

@@ -40,8 +40,8 @@ struct DecodeArguments {
 // The number of primitives, by what was done with them.
 struct Decoded {
   size_t primitives = 0;  // all of the asset
-  size_t decoded = 0;     // those that were compressed
-  size_t encoded = 0;     // those that were encoded as stock Draco
+  size_t decoded = 0;     // primitives that were compressed
+  size_t encoded = 0;     // primitives that were encoded as stock Draco
   EncodeStatistics lost;  // what stock Draco does not hold
   CoarseCounts coarse;    // what loaders without the extension would have shown; dropped
 };

@@ -121,8 +121,8 @@ Expected<std::array<ComparedAsset, 2>> read_both(const std::string (&inputs)[2],
   return std::array<ComparedAsset, 2>{std::move(*a), std::move(*b)};
 }
 
-// Nodes are not compared. But those of mesh files are what was subtracted from positions, and so is the
-// translation in a file that was made of one.
+// Nodes are not compared. But nodes of mesh files hold the origin that was subtracted from positions, and so
+// does the translation in a file that was made of one.
 void count_origins(std::array<ComparedAsset, 2>& assets) {
   if (!assets[0].is_mesh_file && !assets[1].is_mesh_file) return;
   for (ComparedAsset& asset : assets)

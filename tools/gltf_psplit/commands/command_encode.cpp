@@ -281,7 +281,7 @@ Status run_dry(const EncodeCommandArguments& arguments, const Session& session) 
   return {};
 }
 
-// Whether the outputs go to a folder, as those of a batch do.
+// Whether the outputs go to a folder, as in a batch.
 bool writes_into_folder(const EncodeCommandArguments& arguments) {
   std::error_code error;
   const std::string& first = arguments.inputs.front();

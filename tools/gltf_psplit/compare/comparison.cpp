@@ -42,7 +42,7 @@ MeshoptRow& row_of(Comparison& comparison, MeshoptForm form) {
   return comparison.meshopt_brotli ? *comparison.meshopt_brotli : comparison.meshopt_brotli.emplace();
 }
 
-// `mesh` is what encoders store of the job.
+// `mesh` is the part of the job that encoders store.
 Status encode_rivals(const EncodeJob& job, const Mesh& mesh, const EncodeDocumentOptions& coding,
                      const ThreadPool& pool, Encoded& encoded, Comparison& comparison) {
   EncodeOptions stock = coding.of_meshes();
@@ -107,7 +107,7 @@ Status decode_rival(const Encoded& encoded, MeshoptForm form) {
 Status decode_split(std::span<const EncodedMesh> split, const DecodeBackend& backend, const ThreadPool& pool) {
   const Expected<DecodedCounts> decoded = decode_as_loader(split, backend, pool);
   if (!decoded) return decoded.status();
-  // A stock stream repeats points, so these are not those of the summary.
+  // A stock stream repeats points, so these counts differ from the summary's.
   DecodedCounts stated;
   for (const EncodedMesh& mesh : split) {
     stated.faces += mesh.pieces[0].face_count;

@@ -87,12 +87,12 @@ uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOpti
 
 // Measures what read_jobs read with options.coding. Meshes are stored as encode_document stores them if the
 // rule's number of patches is asked for: one that is not cut is a stock Draco stream, unless it is condensed.
-// Stock Draco and meshoptimizer get the same codings and the mesh that is left once duplicate points,
-// degenerate faces and unused points are dropped. EncodeJobs of which no face is left are skipped.
+// Stock Draco and meshoptimizer get the same codings, and the mesh without duplicate points, degenerate faces
+// and unused points. EncodeJobs without a face are skipped.
 //
 // Encodes once, with `pool`, and times decoding with measure_interleaved: psplit's with decode_as_loader.
-// kDiffers if the decoded faces and points of a container are not those that its directory states. Needs
-// libdraco (has_draco).
+// kDiffers if the decoded faces and points of a container differ from its directory. Needs libdraco
+// (has_draco).
 Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const ComparisonOptions& options,
                                     std::span<const DecodeBackend> backends, const ThreadPool& pool,
                                     const Progress& progress = {});

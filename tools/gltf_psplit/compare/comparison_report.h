@@ -22,7 +22,7 @@ struct Environment {
   std::string date;                                // UTC, such as 2026-01-31 12:00
 };
 
-// `version` and `command_line` are those of the command (Session).
+// `version` and `command_line` describe the command (Session).
 Environment describe_environment(const std::string& version, const std::string& command_line);
 
 struct PatchPicture {
@@ -43,7 +43,7 @@ struct ComparisonReport {
 ComparisonSummary summarize(const ComparisonReport& report);
 
 Json to_json(const ComparisonReport& report);
-// `wide`: with all columns; otherwise with those that fit into 100 characters.
+// `wide`: with all columns; otherwise with the columns that fit into 100 characters.
 std::string to_text(const ComparisonReport& report, bool wide = true);
 
 }  // namespace psplit

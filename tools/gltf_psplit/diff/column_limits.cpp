@@ -61,7 +61,7 @@ ColumnLimits ColumnLimiter::limits_of(const std::string& attribute) {
       const ValuesView& values = *sides_[side][i]->view.find(attribute);
       if (grid == sides_[side][i]->grids.end()) {
         limits.limits[side][i] = limit_of_type(values, kind);
-        // Deltas outside streams may be as exact as what they change.
+        // Deltas outside streams may be as exact as the values that they change.
         if (base != sides_[side][i]->grids.end() && values.component_type == ComponentType::kFloat32)
           limits.limits[side][i].within = base->second.within;
       } else

@@ -35,7 +35,7 @@ struct CompareRules {
 
 // The first difference. Numbers that do not apply are -1.
 struct AssetDifference {
-  bool in_b = false;  // mesh, primitive and element are those of the second asset
+  bool in_b = false;  // mesh, primitive and element count in the second asset
   int64_t mesh = -1, primitive = -1, element = -1, corner = -1;
   int corner_count = 3;              // of the element: 3 for a triangle, 2 for a line, 1 for a point
   int64_t partner = -1;              // the nearest element without a partner in the other asset

@@ -1,5 +1,5 @@
-// Compares the elements of some primitives of one asset with those of some primitives of another. This is a
-// step of compare_assets.h.
+// Compares the elements of some primitives of one asset with the elements of some primitives of another: a step
+// of compare_assets.h.
 #pragma once
 
 #include <span>

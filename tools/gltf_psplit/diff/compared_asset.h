@@ -36,7 +36,7 @@ Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoi
 std::vector<PrecisePosition> mesh_origins(const Document& document);
 // Half a step of a grid of positions: less than DeclaredGrid::within, which has what floats lose there, too.
 double half_step(const DeclaredGrid& positions);
-// How a mesh file is read that is compared with this asset: relative to its origins. If it has none, or if
+// How to read a mesh file that is compared with this asset: relative to its origins. If it has none, or if
 // floats are coarse there, floats may lose what its grid allows, or what encoding allows by default.
 OriginChoice origin_beside(const ComparedAsset& other);
 

@@ -82,7 +82,7 @@ class ElementPair {
 
   const ElementBag& a() const { return *a_; }
   const ElementBag& b() const { return *b_; }
-  // The same for some elements of either bag.
+  // A pair of some elements of either bag.
   ElementPair of(const ElementBag& a, const ElementBag& b) const { return {a, b, directions_}; }
   size_t column_count() const { return directions_.size(); }
   bool is_direction(size_t column) const { return directions_[column]; }

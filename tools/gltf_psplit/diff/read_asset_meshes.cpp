@@ -35,7 +35,7 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
   if (document.records().primitive(id).storage() == PrimitiveStorage::kPlain) return grids;
   const Expected<DescribedPrimitive> described = describe_primitive(document, id, describe, pool);
   if (!described) return described.status();
-  // The patches that psplit writes share their grids. Those of other encoders may not.
+  // The patches that psplit writes share their grids. Patches of other encoders may not.
   for (const StreamDescription& stream : described->streams) {
     for (const AttributeRequest& request : described->requests) {
       const auto& attributes = stream.attributes;

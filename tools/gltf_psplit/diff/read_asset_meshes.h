@@ -24,7 +24,7 @@ struct DeclaredGrid {
 
 struct AssetPrimitive {
   PrimitiveId id;
-  size_t whole = 0;  // index of what it is part of: a mesh, or a scene
+  size_t whole = 0;  // index of the mesh or the scene that has it
   int64_t material = -1;
   int corner_count = 3;  // of each element: 3 for triangles, 2 for lines, 1 for points
   // Three indices for each element, of which the first corner_count count. Morph targets are attributes

@@ -104,7 +104,7 @@ class SceneParts {
   bool has_points() const { return takes_points_; }
 
   std::vector<PlacedPart> parts;
-  std::map<int64_t, std::string> materials;  // those that a part has, with their names
+  std::map<int64_t, std::string> materials;  // the materials of parts, with their names
   std::vector<std::string> losses;           // what the scene has beside parts and materials
   size_t moved_count = 0;                    // objects that a node moves
 
@@ -219,7 +219,7 @@ class MaterialFiles {
                 WriteReport& written)
       : document_(document), output_(output), placement_(placement), written_(written) {}
 
-  // What MTL cannot hold of the materials. Writes nothing.
+  // The features of the materials that MTL cannot hold. Writes nothing.
   std::set<std::string> losses(const std::map<int64_t, std::string>& materials) const {
     std::set<std::string> left_out;
     text_of(

@@ -23,9 +23,9 @@ struct MeshOutputOptions {
 // mesh once. Of an asset without triangles a PLY holds the points, and a .drc is a point cloud. An OBJ has an
 // object for each mesh that the scene shows, and an MTL file and images beside it; these replace no other file.
 // A PLY or an STL is one mesh. A .drc is one stock Draco stream. `document` holds plain primitives. Errors:
-// those of writing; kUnsupported if the format cannot hold what the asset has, unless that is accepted, for a
+// as for writing; kUnsupported if the format cannot hold all of the asset, unless the loss is accepted, for a
 // .drc of more than one primitive, and for positions that are not finite; kUsage for images that would be
-// embedded. Faces and points that a .drc cannot hold are counted in `lost`.
+// embedded. `lost` counts the faces and points that a .drc cannot hold.
 Status write_mesh_output(const Document& document, const std::string& path, AssetFormat format,
                          const MeshOutputOptions& options, const Session& session, WriteReport& written,
                          EncodeStatistics& lost);

@@ -41,13 +41,14 @@ bool is_glb_output(const std::string& path);
 // kUsage if writing `path`, which `option` named, would replace a file that the document was read from or
 // refers to (its images, and the files of its extensions), also through links.
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);
-// The same for inputs that are not read yet, according to their names alone.
+// As above, for inputs that are not read yet, according to their names alone.
 Status check_not_an_input(const std::string& path, const std::string& option,
                           std::span<const std::string> inputs);
-// The same for the output itself, which replaces its input only if `force` is true. The input need not be read.
+// As above, for the output itself, which replaces its input only if `force` is true. The input need not be
+// read.
 Status check_not_in_place(const std::string& output, const std::string& input, const Document* document,
                           bool force);
-// The same for the files of an output.
+// As above, for the files of an output.
 Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written);
 
 }  // namespace psplit

@@ -21,7 +21,7 @@ struct AttributeSections {
   uint64_t tokens = 0, bits = 0, flags = 0;
 };
 
-// In whole bytes. What rounding leaves over is among the ends.
+// Sizes of sections in whole bytes. `ends` has the remainder of rounding.
 struct WholeSections {
   uint64_t numbers = 0, borders = 0, symbols = 0, seams = 0, ends = 0, stored = 0;
   std::vector<AttributeSections> attributes;
@@ -85,7 +85,7 @@ std::string sections_text(const InspectedPrimitive& primitive) {
          " condensed\n" + table.to_string();
 }
 
-// In bytes. With the directory, the head and the stitch map they sum to the container.
+// Sizes of sections in bytes. With the directory, the head and the stitch map they sum to the container.
 Json sections_json(const InspectedPrimitive& primitive) {
   const WholeSections sections = whole_sections(primitive);
   Json attributes = Json::array();

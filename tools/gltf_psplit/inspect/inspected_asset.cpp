@@ -82,7 +82,7 @@ Status inspect_cloud(const Document& document, InspectedPrimitive& out) {
   return add_coding(cloud.stream, out);
 }
 
-// Of a plain primitive only the storage and the counts are set.
+// A plain primitive gets only the storage and the counts.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
   if (document.cloud) return inspect_cloud(document, out);

@@ -203,7 +203,7 @@ struct Gpu {
   uint32_t multiprocessors;
 };
 
-// From NVIDIA's data sheets. If a GPU has several variants, the one with the most multiprocessors.
+// Numbers of multiprocessors from NVIDIA's data sheets, of the variant with the most.
 constexpr Gpu kGpus[] = {{"B200", 148},    {"H200", 132},    {"H100", 132},     {"A100", 108},
                          {"V100", 80},     {"L40S", 142},    {"L40", 142},      {"L4", 58},
                          {"A10", 72},      {"T4", 40},       {"RTX 5090", 170}, {"RTX 4090", 128},

@@ -1,4 +1,4 @@
-// Options that take a word, and those of the files of a command. Their variables must outlive the parse.
+// Options that take a word, and options of a command's files. Their variables must outlive the parse.
 #pragma once
 
 #include <functional>

@@ -8,8 +8,8 @@
 namespace psplit {
 namespace {
 
-enum : size_t { kStock, kMeshopt, kCpu, kCuda, kDraco };  // colours, and shapes of what is not condensed
-constexpr size_t kCondensedShapes = 3;                    // how far these are behind the others
+enum : size_t { kStock, kMeshopt, kCpu, kCuda, kDraco };  // colours, and shapes of ordinary patches
+constexpr size_t kCondensedShapes = 3;                    // how far shapes of condensed patches follow
 
 std::string noisy_text() {
   return "half of the rounds differ by over " + with_decimals(100 * kNoisySpread, 0) + " %";

@@ -160,7 +160,7 @@ std::string begin_svg(Drawing drawing, const std::string& title, double width, d
          number(height) + "\" role=\"img\" aria-label=\"" + escape_html(title) + "\">";
 }
 
-// What is left for the marks.
+// The rectangle of the marks, inside axes and titles.
 struct Area {
   double left, top, right, bottom;
 };
@@ -367,7 +367,7 @@ std::string draw(const BarChart& chart, Drawing drawing) {
              attributes({{"x", left}, {"y", bar_top}, {"width", right - left}, {"height", bar_height}}) + ">" +
              html_element("title", what) + "</rect>";
     }
-    // The total is behind the reference if that would cross it.
+    // The total stands after the reference if it would cross it.
     double end = scale(sum);
     if (const double at = chart.reference ? scale(chart.reference->value) : 0;
         at < end + 6 + kDigit * static_cast<double>(bar.total.size()))

@@ -55,7 +55,7 @@ struct XyChart {
   ChartAxis x, y;
   std::vector<ChartSeries> series;
   std::optional<ChartReference> reference{};
-  // Not empty: draws the border of what is beaten by points that are further right and lower, with this name.
+  // Not empty: draws the border of the region that points further right and lower beat, with this name.
   std::string front{};
   double width = 680, height = 380;  // of the wide drawing
 };

@@ -61,7 +61,7 @@ Vectors normals_of(const Mesh& mesh, const Vectors& positions) {
   return normals;
 }
 
-// Where the faces of each patch begin in the decoded mesh, and where those of the last patch end.
+// Where the faces of each patch begin in the decoded mesh, and where the last patch ends.
 Expected<std::vector<uint32_t>> face_base_of(const Document& document, PrimitiveId id, const Mesh& mesh) {
   if (document.records().primitive(id).storage() != PrimitiveStorage::kPatches)
     return std::vector<uint32_t>{0, static_cast<uint32_t>(mesh.faces.size())};

@@ -22,7 +22,7 @@ struct AssetBytes {
 
 // For a glTF or mesh file. 0 for "-", a pipe, or a path that is not a file.
 AssetBytes bytes_on_disk(const std::string& path);
-// The same for a caller that has what read_asset_json returned for it.
+// As above, for a caller that has the result of read_asset_json.
 AssetBytes bytes_on_disk(const std::string& path, const Expected<Json>& json);
 
 // For an asset that was read: all files that it was read from, such as the MTL files of an OBJ, and its images.

@@ -54,8 +54,8 @@ std::string position_text(const EncodeRow& row) {
          (error ? ", measured " + with_digits(*error, 3) : "");
 }
 
-// The bits that the mesh chose, and what they cost. The lowest bits of positions are noise that nothing
-// predicts: each takes about a bit of the output.
+// The bits that the mesh chose, and their cost. The lowest bits of positions are noise that nothing predicts:
+// each takes about a bit of the output.
 std::string chosen_bits_text(const EncodeResult& result) {
   if (result.most_bits == 0) return "";
   std::string text = "; positions of " + std::to_string(result.least_bits);

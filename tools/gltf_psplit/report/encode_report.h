@@ -45,7 +45,7 @@ struct EncodeResult {
   size_t split_count = 0;        // in several patches, or in the extension
   size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
   size_t recoded_count = 0;      // those whose streams are the input's, condensed
-  uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
+  uint64_t unsplit_streams = 0;  // primitives of draco_count whose geometry no earlier one has
   // Attributes that the user skips, and the number of primitives that had each.
   std::map<std::string, size_t> dropped_attributes;
   // Of quantized positions: the least and the most bits, about how many there are, and the sum of their bits.
@@ -83,7 +83,7 @@ std::string coarse_text(const CoarseCounts& counts);
 // Null if there are none.
 Json coarse_json(const CoarseCounts& counts);
 
-// What meshoptimizer compressed in a document: the views, their bytes, and those of the decoded values.
+// The views of a document that meshoptimizer compressed, their bytes, and the bytes of the decoded values.
 struct MeshoptCounts {
   size_t views = 0;
   uint64_t bytes = 0, decoded_bytes = 0;

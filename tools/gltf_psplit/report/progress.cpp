@@ -47,7 +47,7 @@ std::string time_left_text(const WorkDone& work, double seconds) {
          " left,";
 }
 
-// Of bytes, "12.3 of 45.6 MB" says more than all their digits.
+// Bytes are rounded: "12.3 of 45.6 MB" says more than all digits.
 std::string steps_text(const WorkDone& work) {
   if (work.noun == "byte") return as_bytes(work.done) + " of " + as_bytes(work.total);
   return with_separators(work.done) + " of " + counted(work.total, work.noun);

@@ -34,8 +34,8 @@ struct ShapeOptions {
 // proportional to the output, plus two grid layers per thread. Errors: kUsage (faces out of range).
 Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool);
 
-// Part of a mesh: the points and faces that follow those of the parts before it. A face may refer to the first
-// points of the next part.
+// Part of a mesh, whose points and faces follow earlier parts'. A face may refer to the first points of
+// the next part.
 struct ShapePiece {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<float, 3>> normals;  // empty without ShapeOptions::normals

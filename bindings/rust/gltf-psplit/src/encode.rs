@@ -44,7 +44,7 @@ impl<'a> AttributeValues<'a> {
         self
     }
 
-    /// Bits of a component of floats, 1 to 30, in place of those of the options.
+    /// Bits of a component of floats, 1 to 30, in place of the options' bits.
     pub fn bits(mut self, bits: u32) -> Self {
         self.bits = i32::try_from(bits).unwrap_or(i32::MAX).max(1);
         self
@@ -182,8 +182,8 @@ impl EncodeOptions<'_> {
     }
 }
 
-/// Encodes a triangle mesh. The bytes are the same for any number of threads, and those of `gltf-psplit encode`. Faces and
-/// points get another order: see [`Encoded::source_points`].
+/// Encodes a triangle mesh, to the bytes of `gltf-psplit encode` with any number of threads. Faces and points get another
+/// order: see [`Encoded::source_points`].
 ///
 /// ```no_run
 /// # use gltf_psplit::{encode, AttributeValues, EncodeOptions, EncodeSource};

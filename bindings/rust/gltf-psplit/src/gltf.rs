@@ -88,7 +88,7 @@ impl<'a> Gltf<'a> {
     /// bytes of its buffer are not set.
     pub fn open_primitive(&self, mesh: u32, primitive: u32) -> Result<Mesh<'a>, Error> {
         let mut result = null_mut();
-        // SAFETY: the handle is valid. Its bytes, and those of set_buffer, live as long as 'a, and so may the mesh.
+        // SAFETY: the handle is valid. Its bytes, and the bytes of set_buffer, live as long as 'a, and so may the mesh.
         unsafe {
             checked(|error| {
                 sys::psplit_gltf_open_primitive(self.handle.as_ptr(), mesh, primitive, &mut result, error)

@@ -23,8 +23,8 @@
 //!
 //! # Threads
 //!
-//! All types are `Send` and `Sync`: functions of the C library may be called from any thread, also with one handle. What
-//! needs a handle for itself takes `&mut self`.
+//! All types are `Send` and `Sync`: functions of the C library may be called from any thread, also with one handle. A
+//! function that needs a handle for itself takes `&mut self`.
 //!
 //! # Errors
 //!

@@ -98,7 +98,7 @@ pub struct AttributeRequest {
     pub normalized: bool,
 }
 
-/// What is known about the bytes beside them.
+/// Facts about the bytes that they do not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
     /// The `count` of the accessors of attributes and of indices, which are compared with the bytes; 0: not known.
@@ -200,13 +200,13 @@ impl std::fmt::Debug for Mesh<'_> {
 }
 
 impl<'a> Mesh<'a> {
-    /// Opens a whole Draco stream, mesh or point cloud. Its attributes are those of the stream.
+    /// Opens a whole Draco stream, mesh or point cloud. It has the stream's attributes.
     pub fn open_draco_file(bytes: &'a [u8]) -> Result<Self, Error> {
         Self::open(Kind::DracoFile, bytes, &[], &OpenOptions::default())
     }
 
-    /// Opens the bytes of an extension's buffer view, or a `.drc` file. `attributes` are those of the extension that are
-    /// wanted, in any order; none for [`Kind::DracoFile`].
+    /// Opens the bytes of an extension's buffer view, or a `.drc` file. `attributes` are the wanted ones of the
+    /// extension, in any order; none for [`Kind::DracoFile`].
     pub fn open(
         kind: Kind,
         bytes: &'a [u8],

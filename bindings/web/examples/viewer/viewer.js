@@ -190,7 +190,7 @@ function show_facts({ psplit }, { asset, streams, first_ms, whole_ms, workers })
   }));
 }
 
-// What is compared with what, in words.
+// The comparison in words.
 function comparison_text(streams, { stock, patches }, { rounds, noise }) {
   const is_stock = streams.every(({ kind }) => kind === 'draco');
   const what = is_stock ? `Both decode the same ${streams.length === 1 ? 'Draco stream' : 'Draco streams'}.`

@@ -53,7 +53,7 @@ var DracoEncoderModule = (() => {
       point_count_ = 0;
       face_count_ = 0;
       attributes_ = [];  // of each its type and its number of values
-      metadata_;         // of the geometry, with those of attributes
+      metadata_;         // of the geometry, with the attributes' metadata
       num_attributes() { return this.attributes_.length; }
       num_points() { return this.point_count_; }
       // The instance that has the mesh.
@@ -156,8 +156,8 @@ var DracoEncoderModule = (() => {
     class PointCloudBuilder extends Builder {}
     class MeshBuilder extends Builder {
       AddFacesToMesh(mesh, count, faces) {
-        // three's DRACOExporter gives a third of the indices of a mesh without an index, and all faces by their count. What is
-        // missing are faces 0, 0, 0, which Edgebreaker leaves out.
+        // three's DRACOExporter gives a third of the indices of a mesh without an index, and all faces by their count. The
+        // missing faces are 0, 0, 0, which Edgebreaker leaves out.
         const indices = numbers_of(faces, Int32Array, 3 * count, true), core = mesh.open_();
         const at = core.call('set_face_count', mesh.handle_, count) >>> 0, all = new Int32Array(core.buffer, at, 3 * count);
         all.set(indices);

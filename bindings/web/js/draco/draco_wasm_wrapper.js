@@ -22,9 +22,9 @@ var DracoDecoderModule = (() => {
     Float32Array];
   const kRaw = 0, kQuantized = 2, kNormal = 3;  // codings
   const kHeaderBytes = 11, kMagic = [68, 82, 65, 67, 79];  // DRACO
-  // What stream_metadata lists: a tree of an attribute or of the geometry begins, a part of it begins, an entry, an end.
+  // The items of stream_metadata: a tree of an attribute or of the geometry begins, a part of it begins, an entry, an end.
   const kGeometryTree = 1, kPart = 2, kEntry = 3;
-  const kMostDepth = 1001;  // so many parts in each other are draco3d's limit
+  const kMostDepth = 1001;  // draco3d's limit of nested parts
 
   // The handle of what decoding makes of the bytes, or 0.
   function decode_bytes(core, bytes) {
@@ -61,7 +61,7 @@ var DracoDecoderModule = (() => {
     };
 
     class GeometryAttribute extends WrapperObject {}
-    // The words are those of the export stream_attribute, and `is_skipped` holds if the values are the integers
+    // The words come from the export stream_attribute, and `is_skipped` holds if the values are the integers
     // before the attribute's transform.
     class PointAttribute extends WrapperObject {
       constructor(mesh, index) {
@@ -82,7 +82,7 @@ var DracoDecoderModule = (() => {
         this.index_ = index;
         this.is_skipped_ = mesh.skipped_.size > 0 && mesh.skipped_.has(this.semantic_) && (mesh.is_kd_tree_ ? this.coding_ === kQuantized : this.coding_ !== kRaw);
         if (!this.is_skipped_) return;
-        // Those of a kD-tree lose their id.
+        // Attributes of a kD-tree lose their id.
         if (mesh.is_kd_tree_) this.unique_id_ = 0;
         this.type_ = mesh.is_kd_tree_ ? DT_UINT32 : DT_INT32;
         this.normalized_ = 0;
@@ -150,7 +150,7 @@ var DracoDecoderModule = (() => {
       handle_ = 0;
       skipped_ = new Set();
       attributes_ = [];
-      metadata_ = [];  // those of attributes with their unique ids, and last that of the geometry
+      metadata_ = [];  // of attributes with their unique ids, and last of the geometry
       theirs_;  // draco3d's object, if draco3d decoded it
       num_attributes() { return this.counts_[2]; }
       num_points() { return this.counts_[1]; }
@@ -186,7 +186,7 @@ var DracoDecoderModule = (() => {
     const kNoMetadata = null_of(Metadata, { entries_: new Map() });
     const text_of_bytes = (bytes) => new TextDecoder().decode(bytes).split('\0', 1)[0];
     const entry_of = ({ entries_: entries }, name) => entries.get(string_of_bytes(bytes_of_text(name)));
-    // The metadata of a decoded stream that has some, as those of a mesh. Undefined if it is more than draco3d accepts.
+    // The metadata of a decoded stream that has some, as of a mesh. Undefined if it is more than draco3d accepts.
     function metadata_of({ core_: core, handle_: handle }, size) {
       const [at, count] = core.words(core.call('stream_metadata', handle, size), 2), words = core.words(at, count).slice(), trees = [];
       core.exports.release(at);
@@ -246,7 +246,7 @@ var DracoDecoderModule = (() => {
     class Decoder extends WrapperObject {
       #skipped = new Set();
 
-      // Of an array, draco3d looks at one byte alone.
+      // draco3d looks at one byte of an array.
       GetEncodedGeometryType(data) {
         if (data instanceof DecoderBuffer) return header_status(data.data_).ok() ? kind_of(data.data_) : kConstants.INVALID_GEOMETRY_TYPE;
         return data.byteLength < 8 ? kConstants.INVALID_GEOMETRY_TYPE : kind_of(data);
@@ -355,7 +355,7 @@ var DracoDecoderModule = (() => {
         return true;
       }
 
-      // For meshes of draco3d alone.
+      // Only draco3d's own meshes have triangle strips.
       GetTriangleStripsFromMesh() { throw new Error('psplit makes no triangle strips'); }
       GetAttributeFloat(attribute, number, out) {
         if (!(attribute instanceof PointAttribute)) return call_draco3d(this.their_decoder_(), 'GetAttributeFloat', attribute, [number, out]);

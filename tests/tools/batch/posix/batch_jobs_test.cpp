@@ -151,7 +151,7 @@ TEST_F(BatchJobs, EveryCopyOfAPlanIsCheckedBeforeTheWork) {
             3);
   EXPECT_TRUE(contains(err_, "line 1"));
   EXPECT_FALSE(fs::exists(path("x.glb")));
-  // The options of the plan are those of the outputs.
+  // The options of the plan decide the outputs.
   ASSERT_EQ(shell("$P batch --manifest plan.jsonl -o out -q && $P encode in/0.glb alone.glb --lossless -q"), 0);
   EXPECT_EQ(read_bytes(path("out/0.glb")), read_bytes(path("alone.glb")));
   EXPECT_EQ(shell("$P batch plan 'in/*' --out-dir out -o in/0.glb"), 1);

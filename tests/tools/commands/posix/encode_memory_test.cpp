@@ -113,7 +113,7 @@ TEST_F(EncodeMemory, SaysTheTemporarySpaceAndReadsStdin) {
   must_run({"diff", path("a.glb"), path("b.glb")});
 }
 
-// What is read from a pipe is the same as from a file.
+// A pipe gives the same output as a file.
 TEST_F(EncodeMemory, ReadsAllFormatsFromStdin) {
   must_run({"generate", path("a.glb"), "--shape", "blob", "--normals", "--faces", "20k", "-q"});
   write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n");

@@ -261,7 +261,7 @@ TEST_F(BatchProcess, CommandsBringAndTakeFiles) {
   };
   const int without_input = bring_by("exit /b 66");
   const std::string reason = err_;
-  // What is read-only is removed at the end, too.
+  // Read-only files are removed at the end, too.
   const int code = bring_by("copy /b \"%1\" \"%2\" && attrib +r \"%2\"");
   fs::current_path(before);
   EXPECT_EQ(without_input, exit_code(StatusCode::kIo)) << reason;

@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""Figures in README.md, docs/manual.md and docs/benchmarks.md come from the measured pages.
+
+In docs/benchmarks.md each number of a paragraph that cites measured pages occurs there, rounded or not. The other two have no
+room for citations: kCells says which cells their numbers come from."""
+import re, sys
+
+from pages import prose, text_of
+
+benchmarks = "docs/benchmarks.md"
+compare, typical, encoding, cuda, profile, condensed = (f"docs/measured/{page}.md" for page in ("compare", "typical", "encoding", "cuda", "profile-size",
+                                                                                                "condensed"))
+N = r"(-?[\d,]*\.?\d+)"  # in a sentence or a cell
+
+
+def decodes(patches, threads):
+    """Speed-ups in the output of `compare`."""
+    return rf"^psplit +{patches} .*{'' if threads == 1 else chr(92) + 'n +cpu +2 .*'} {N}x"
+
+
+# (page, pattern of a sentence, measured page, pattern of cells). Each group of a pattern is a number. Two numbers of a sentence are
+# the least and the largest cell; one is any of the cells.
+kCells = [
+    ("README.md", rf"Dragon, {N} triangles", compare, rf"^dragon_vrip.ply: {N} faces"),
+    ("README.md", rf"stock Draco, one stream \| {N} \|", compare, rf"^stock Draco, speed 5 +1 +871,306 +{N}"),
+    ("README.md", rf"psplit, one stream \| {N} \|", compare, rf"^psplit +1 +871,306 +{N}"),
+    ("README.md", rf"psplit, one stream \| [\d,]+ \| {N} to {N} \|", compare, decodes(1, 1)),
+    ("README.md", rf"32 patches, the default \| {N} ", compare, rf"^psplit +32 +27,228 +{N}"),
+    ("README.md", rf"32 patches, the default \| [\d,]+ \(\+{N} %", compare, rf"^psplit +32 .*\+{N} %"),
+    ("README.md", rf"32 patches, the default \| [^|]* \| {N} to {N} \|", compare, decodes(32, 1)),
+    ("README.md", rf"32 patches, the default \| [^|]* \| [^|]* \| {N} to {N} \|", compare, decodes(32, 2)),
+    ("README.md", rf"182 patches, `--profile speed` \| {N} ", compare, rf"^psplit +182 +4,787 +{N}"),
+    ("README.md", rf"182 patches, `--profile speed` \| [\d,]+ \(\+{N} %", compare, rf"^psplit +182 .*\+{N} % .*\+?[\d.]+ %"),
+    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| {N} to {N} \|", compare, decodes(182, 1)),
+    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| [^|]* \| {N} to {N} \|", compare, decodes(182, 2)),
+    ("README.md", rf"32 patches, `--condense` \| {N} ", compare, rf"with `--condense` take {N} bytes"),
+    ("README.md", rf"32 patches, `--condense` \| [\d,]+ \({N} %", compare, rf"with `--condense` take [\d,]+ bytes \({N} %"),
+    ("README.md", rf"0\.18 and zstd \| {N} ", compare, rf"^meshopt 0\.18 \+ zstd +{N}"),
+    ("README.md", rf"0\.18 and zstd \| [\d,]+ \(\+{N} %", compare, rf"^meshopt 0\.18 \+ zstd .*\+{N} %"),
+    ("README.md", rf"0\.18 and zstd \| [^|]* \| {N} to {N} \|", compare, rf"^meshopt 0\.18 \+ zstd +1,507,.* {N}x"),
+    ("README.md", rf"1\.2 and brotli \| {N} ", compare, rf"and {N} with brotli: 20"),
+    ("README.md", rf"- {N} assets as people ship them", typical, rf"^\| 5 \| {N} \|"),
+    ("README.md", rf"one thread: {N} to {N} times as fast as libdraco", typical, rf"^\| [035] \| 40 \| {N} \|"),
+    ("README.md", rf"as libdraco, at least {N} times", typical, rf"^\| [035] \| 40 \| [\d.]+ \| {N} \|"),
+    ("README.md", rf"default for {N} of these", typical, rf"^\| 1\.2, codec 1 \| brotli .* {N} of 40"),
+    ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"`encode` takes {N} of the time .* and {N} and"),
+    ("README.md", rf"and {N} to {N} on two threads", encoding, rf"one thread and {N} on two, and [\d.]+ and {N} on"),
+    ("docs/manual.md", rf"The Dragon's file takes {N} bytes", profile, rf"by default, {N} "),
+    ("docs/manual.md", rf"bytes instead of {N} \(-17", profile, rf"take {N} bytes by default"),
+    ("docs/manual.md", rf"scallop's geometry {N} ", profile, rf"^\| scallop .*\| {N} \(-40.9 %\)"),
+    ("docs/manual.md", rf"`encode` takes {N} times the processor", profile, rf"^\| `--profile size` \| {N} "),
+    ("docs/manual.md", rf"`decode` of the result {N} times", profile, rf"^\| `--profile size` \| [\d.]+ \| {N} "),
+    ("docs/manual.md", rf"patches of 4,800 faces take {N} to", condensed,
+     rf"^\| dragon_vrip, lossless \| 5 \| 4,800 .*\(\+{N} %\) \|"),
+    ("docs/manual.md", rf"lossless ones {N} % fewer", condensed, rf"^\| dragon_vrip, lossless \| 5 \| 4,800 .*\(-{N} %\)"),
+    ("docs/manual.md", rf"they decode at {N} to {N} times", condensed, rf"decode at {N} to {N} times"),
+    ("README.md", rf"10 million triangles in {N} ms", cuda, rf"^\| 10 million \| 440 \| Draco \| {N} "),
+    ("README.md", rf"ms, {N} billion a second", cuda, rf"^\| 10 million \| 440 \| Draco \| [\d.]+ \| {N} "),
+    ("README.md", rf"memory in {N} ms", cuda, rf"^\| 10 million \| 440 \| Draco (?:\| [\d.]+ ){{3}}\| {N} "),
+]
+
+# Paragraphs whose numbers are measured, but on no page of a script: the sentence says what was measured, and how.
+kNotOnAPage = ("Decoders alone, in turn",)
+
+
+def value(number):
+    return float(number.replace(",", ""))
+
+
+def is_rounded(number, cell):
+    """Whether a number of a sentence is a cell, rounded to the digits that the sentence has."""
+    digits = len(number.partition(".")[2])
+    return abs(abs(value(number)) - abs(cell)) <= 0.5 * 10 ** -digits + 1e-9
+
+
+def flat(text):
+    return " ".join(text.split())
+
+
+def faults_of_cells():
+    for page, sentence, source, cells in kCells:
+        said = re.search(sentence, flat(text_of(page)))
+        # Sentences go over lines of their page, rows do not.
+        text = text_of(source)
+        found = [value(cell) for match in re.finditer(cells, text if cells.startswith("^") else flat(text), re.M) for cell in match.groups()]
+        if not said or not found:
+            yield f"{page if not said else source} has no longer {sentence if not said else cells!r}: change {sys.argv[0]}"
+        elif len(said.groups()) == 1 and not any(is_rounded(said[1], cell) for cell in found):
+            yield f"{page}: {said.group()!r}, but {source} has {found}"
+        elif len(said.groups()) == 2 and not (is_rounded(said[1], min(found)) and is_rounded(said[2], max(found))):
+            yield f"{page}: {said.group()!r}, but {source} has {found}"
+
+
+def faults_of_citations(counts):
+    number = r"(?<![\w.,-])-?\d[\d,]*(?:\.\d+)?(?![\w])"
+    for paragraph in prose(benchmarks).split("\n\n"):
+        cited = set(re.findall(r"\]\((measured/[\w-]+\.md|[\w-]+-bytes\.md)", paragraph))
+        if not cited or paragraph.startswith("|"):
+            continue
+        cells = [value(cell) for page in cited for cell in re.findall(number, text_of(f"docs/{page}"))]
+        said = re.sub(r"\]\([^)]*\)|`[^`]*`", " ", flat(paragraph))
+        for sentence in kNotOnAPage:
+            said = re.sub(rf"{sentence}.*?\.(?= |$)", "", said)
+        for figure in re.findall(number, said):
+            figure = figure.rstrip(",")
+            counts.append(figure)
+            if not any(is_rounded(figure, cell) for cell in cells):
+                yield f"{benchmarks}: {figure} is not in {', '.join(sorted(cited))}: {flat(paragraph)[:80]}..."
+
+
+counts = []
+bad = [*faults_of_cells(), *faults_of_citations(counts)]
+if bad or len(counts) < 100:
+    sys.exit("\n".join(bad) or f"only {len(counts)} figures were found")
+print(f"{len(kCells)} figures of README.md and docs/manual.md, and {len(counts)} of {benchmarks}")
