@@ -79,7 +79,7 @@ std::optional<AccessorChanges> exact_accessors(const Document& document, std::sp
   };
   for (const auto& [semantic, values] : view_of(decoded).attributes)
     if (!agrees(primitive.accessor_of(semantic), values, semantic == "POSITION")) return std::nullopt;
-  if (primitive.mode != 4 || !agrees(primitive.indices, index_data(decoded), false)) return std::nullopt;
+  if (primitive.mode != 4 || !agrees(primitive.indices, IndexData(decoded), false)) return std::nullopt;
   const ComponentType index_type = records.accessor(primitive.indices).layout.component_type;
   if (uint64_t{decoded.point_count} >= uint64_t{1} << 8 * component_bytes(index_type)) return std::nullopt;
   return changes;

@@ -227,7 +227,7 @@ class DocumentDecoder {
     const MeshView view = view_of(mesh);
     for (size_t i = 0; i < view.attributes.size(); ++i)
       write_values(view.attributes[i].values, kArrayBuffer, to(laid_out.buffers.attributes[i].bytes));
-    write_values(index_data(mesh), kElementArrayBuffer, to(laid_out.buffers.indices));
+    write_values(IndexData(mesh), kElementArrayBuffer, to(laid_out.buffers.indices));
   }
 
   Status decode_windows() {

@@ -51,7 +51,7 @@ class GrowthOfJob {
     for (const MeshView::Values& attribute : view_of(mesh).attributes)
       growth +=
           accessor(record.accessor_of(attribute.semantic), attribute.values, attribute.semantic == "POSITION");
-    return growth + accessor(record.indices, index_data(mesh), false);
+    return growth + accessor(record.indices, IndexData(mesh), false);
   }
 
   int64_t accessor(int64_t index, const ValuesView& values, bool needs_bounds) {

@@ -260,7 +260,7 @@ void store_values_sparse(Document& document, Json& accessor, const ValuesView& d
       {"values", {{"bufferView", value_view}}}};
 }
 
-int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
+int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds) {
   Json accessor = describe_stored(data);
   if (accessor.empty()) return -1;
   store_values(document, accessor, data, target);

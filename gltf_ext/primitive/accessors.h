@@ -61,7 +61,7 @@ inline constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
 // Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
 // index, or -1 if no glTF type has this number of components. `target` may be 0, for none.
-int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
+int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds);
 
 // Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.
 void store_values(Document& document, Json& accessor, const ValuesView& data, int target);

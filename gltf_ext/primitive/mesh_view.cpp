@@ -25,24 +25,18 @@ MeshView view_of(const Mesh& mesh) {
   return view;
 }
 
-AccessorData index_data(const Mesh& mesh) {
-  AccessorData data;
-  data.component_type = index_type(mesh.point_count);
-  const bool narrow = data.component_type == ComponentType::kUint16;
-  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
-  data.values.resize(size_t{data.count} * component_bytes(data.component_type));
-  if (!narrow) {
-    if (data.count > 0) std::memcpy(data.values.data(), mesh.faces.data(), data.values.size());
-    return data;
-  }
-  std::byte* out = data.values.data();
+IndexData::IndexData(const Mesh& mesh) : values_(view_of(mesh).indices) {
+  if (index_type(mesh.point_count) != ComponentType::kUint16) return;
+  narrow_.resize(size_t{values_.count} * sizeof(uint16_t));
+  values_.component_type = ComponentType::kUint16;
+  values_.bytes = narrow_;
+  std::byte* out = narrow_.data();
   for (const auto& face : mesh.faces)
     for (const uint32_t point : face) {
       const auto low = static_cast<uint16_t>(point);
       std::memcpy(out, &low, sizeof low);
       out += sizeof low;
     }
-  return data;
 }
 
 Json append_primitive(Document& document, Mesh mesh, bool are_points) {
@@ -54,10 +48,8 @@ Json append_primitive(Document& document, Mesh mesh, bool are_points) {
         append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
   }
   if (are_points) return {{"attributes", std::move(attributes)}, {"mode", kPointsMode}};
-  const AccessorData indices = index_data(mesh);
-  mesh = {};
   return {{"attributes", std::move(attributes)},
-          {"indices", append_accessor(document, indices, kElementArrayBuffer, false)}};
+          {"indices", append_accessor(document, IndexData(mesh), kElementArrayBuffer, false)}};
 }
 
 LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,

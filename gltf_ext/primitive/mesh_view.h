@@ -12,8 +12,19 @@
 namespace psplit {
 
 MeshView view_of(const Mesh& mesh);
-// The indices with the component type of a new accessor.
-AccessorData index_data(const Mesh& mesh);
+// The indices with the component type of a new accessor: those of the mesh, which must outlive them, or
+// narrower copies.
+class IndexData {
+ public:
+  explicit IndexData(const Mesh& mesh);
+  IndexData(const IndexData&) = delete;
+  IndexData& operator=(const IndexData&) = delete;
+  operator const ValuesView&() const { return values_; }
+
+ private:
+  ValuesView values_;
+  std::vector<std::byte> narrow_;
+};
 // Appends a mesh to the document's buffer. Returns a primitive with its attributes and indices. Frees each
 // array of the mesh once the document has it.
 // With `are_points` it is one of points, and the mesh has no faces.

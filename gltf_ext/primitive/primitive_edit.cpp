@@ -236,7 +236,7 @@ void PrimitiveEditor::set_geometry(const PrimitiveGroup& group, const Mesh& mesh
   for (const MeshView::Values& attribute : view_of(mesh).attributes)
     if (only.empty() || std::ranges::find(only, attribute.semantic) != only.end())
       set_attribute(group, attribute, data, nullptr);
-  set_indices(group, index_data(mesh), data, nullptr);
+  set_indices(group, IndexData(mesh), data, nullptr);
   set_morphs(group, morphs);
 }
 
