@@ -1,9 +1,11 @@
 #include "gltf_ext/convert/compress_rest.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -17,6 +19,7 @@
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/meshopt_codec.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/packed_buffer.h"
 #include "gltf_ext/document/store_meshopt.h"
 #include "gltf_ext/document/unknown_references.h"
@@ -32,11 +35,11 @@ constexpr size_t kRowMultiple = 4;  // of bytes, in rows of attributes
 bool has_indices(RestView needs) { return needs == RestView::kIndices || needs == RestView::kTriangles; }
 
 // Columns whose rows may be in one view: what glTF and the codec ask of them is the same.
-using JoinKey = std::tuple<RestView, size_t, size_t, std::string>;  // its stride, its rows, its filter
+using JoinKey = std::tuple<RestView, size_t, size_t, std::string, int64_t>;  // stride, rows, filter, own view
 JoinKey key_of(const RestColumn& column) {
   const bool has_stride = column.needs == RestView::kVertices;
   return {column.needs, has_stride || has_indices(column.needs) ? column.width : 0, column.row,
-          column.filtered ? column.filtered->filter : "NONE"};
+          column.filtered ? column.filtered->filter : "NONE", column.extras.is_null() ? -1 : column.view};
 }
 
 // A view of several columns, one after the other.
@@ -45,6 +48,7 @@ struct JoinedView {
   std::vector<uint64_t> offsets, exact_offsets;  // of each
   JoinedBlocks rows, exact;                      // for the codec; without the filter
   std::vector<uint8_t> values;                   // what loaders get of the rows
+  std::vector<uint8_t> lifted;                   // other rows of the same values, if the filter has these
   MeshoptRecord record;
   std::vector<uint8_t> compressed;
   bool is_smaller = false;
@@ -60,35 +64,39 @@ struct JoinedView {
     rows.pad(alignment());
     offsets.push_back(begin);
     if (!is_new) return;
-    const std::vector<uint8_t>& added = column.filtered ? column.filtered->values : column.values;
-    values.insert(values.end(), added.begin(), added.end());
-    values.resize(rows.bytes().size());
+    const auto append = [&](std::vector<uint8_t>& to, const std::vector<uint8_t>& added) {
+      to.insert(to.end(), added.begin(), added.end());
+      to.resize(rows.bytes().size());
+    };
+    append(values, column.filtered ? column.filtered->values : column.values);
+    if (column.filtered && !column.filtered->lifted.empty()) append(lifted, column.filtered->lifted);
   }
 };
 
 // Tries the codecs that take such rows, and keeps the smallest result.
-void compress(JoinedView& joined) {
+void compress(JoinedView& joined, bool is_khr) {
   const RestColumn& first = *joined.columns.front();
-  const auto attempt = [&](const char* mode, size_t stride) {
-    std::vector<uint8_t> rows = joined.rows.bytes();
+  const auto attempt = [&](const char* mode, size_t stride, std::vector<uint8_t> rows) {
     rows.resize((rows.size() + stride - 1) / stride * stride);
     MeshoptRecord record;
     record.mode = mode;
     record.filter = first.filtered ? first.filtered->filter : "NONE";
     record.stride = stride;
     record.count = rows.size() / stride;
+    record.is_khr = is_khr;
     if (!is_legal_meshopt(record)) return;
     std::vector<uint8_t> bytes = encode_meshopt_rows(record, rows);
     if (bytes.empty() || (!joined.compressed.empty() && bytes.size() >= joined.compressed.size())) return;
     joined.compressed = std::move(bytes);
     joined.record = std::move(record);
   };
-  if (first.needs == RestView::kTriangles) attempt("TRIANGLES", first.width);
+  if (first.needs == RestView::kTriangles) attempt("TRIANGLES", first.width, joined.rows.bytes());
   if (has_indices(first.needs)) {
-    attempt("INDICES", first.width);
-    attempt("ATTRIBUTES", kRowMultiple);
+    attempt("INDICES", first.width, joined.rows.bytes());
+    attempt("ATTRIBUTES", kRowMultiple, joined.rows.bytes());
   } else {
-    attempt("ATTRIBUTES", first.row);
+    attempt("ATTRIBUTES", first.row, joined.rows.bytes());
+    if (!joined.lifted.empty()) attempt("ATTRIBUTES", first.row, joined.lifted);
   }
   joined.values.resize(joined.record.decoded_bytes());
 }
@@ -100,6 +108,7 @@ Json describe_joined(const JoinedView& joined) {
   if (joined.needs() == RestView::kVertices) view["target"] = kArrayBuffer;
   const bool is_sparse = joined.columns.front()->place.second != ElementsRole::kElements;
   if (has_indices(joined.needs()) && !is_sparse) view["target"] = kElementArrayBuffer;
+  if (const Json& extras = joined.columns.front()->extras; !extras.is_null()) view["extras"] = extras;
   return view;
 }
 
@@ -108,16 +117,17 @@ class RestCompressor {
   RestCompressor(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool)
       : document_(document),
         pool_(pool),
-        extension_(options.meshopt == MeshoptRest::kKhr ? "KHR_meshopt_compression"
-                                                        : "EXT_meshopt_compression"),
+        is_khr_(options.meshopt == MeshoptRest::kKhr),
+        extension_(kMeshoptExtensions[is_khr_ ? 1 : 0]),
         columns_(rest_columns(document, options, pool)) {}
 
   Status run() {
+    choose_dense();
     join();
     std::vector<JoinedView*> views;
     for (auto& [key, joined] : joined_) views.push_back(&joined);
     pool_.for_each(views.size(), [&](size_t i) {
-      compress(*views[i]);
+      compress(*views[i], is_khr_);
       views[i]->is_smaller = is_smaller(*views[i]);
     });
     leave_views();
@@ -131,6 +141,42 @@ class RestCompressor {
   }
 
  private:
+  // Compressed zeros take next to nothing, so that sparse values are often larger than dense ones.
+  void choose_dense() {
+    std::map<int64_t, std::array<const RestColumn*, 2>> pairs;  // indices and values, by accessor
+    for (const RestColumn& column : columns_) {
+      const auto& [index, role] = column.place;
+      const AccessorRecord& accessor = document_.records().accessor(index);
+      if (role != ElementsRole::kElements && column.is_of_vertices && !accessor.has_view() &&
+          column.extras.is_null())
+        pairs[index][role == ElementsRole::kSparseIndices ? 0 : 1] = &column;
+    }
+    std::erase_if(pairs, [](const auto& entry) { return !entry.second[0] || !entry.second[1]; });
+    std::vector<std::pair<int64_t, std::optional<RestColumn>>> dense;
+    for (const auto& [index, pair] : pairs) dense.emplace_back(index, std::nullopt);
+    pool_.for_each(dense.size(), [&](size_t i) {
+      auto& [index, chosen] = dense[i];
+      const auto& [indices, values] = pairs.at(index);
+      RestColumn column = dense_column(document_.records().accessor(index), *indices, *values);
+      // What "sparse" takes in the JSON of a GLB beyond what "bufferView" does, and at the end of each stream.
+      constexpr size_t kSparseJson = 100, kTail = 32;
+      if (bytes_alone(column) + kTail <= bytes_alone(*indices) + bytes_alone(*values) + kSparseJson)
+        chosen = std::move(column);
+    });
+    std::erase_if(dense, [](const auto& entry) { return !entry.second; });
+    std::set<int64_t> chosen;
+    for (const auto& entry : dense) chosen.insert(entry.first);
+    std::erase_if(columns_, [&](const RestColumn& column) { return chosen.contains(column.place.first); });
+    for (auto& entry : dense) columns_.push_back(std::move(*entry.second));
+  }
+
+  size_t bytes_alone(const RestColumn& column) const {
+    JoinedView alone;
+    alone.add(column);
+    compress(alone, is_khr_);
+    return alone.compressed.empty() ? column.values.size() : alone.compressed.size();
+  }
+
   // Sparse indices have no target, so they are not joined with indices of triangles and points.
   void join() {
     std::map<std::pair<JoinKey, bool>, std::vector<const RestColumn*>> groups;
@@ -161,7 +207,7 @@ class RestCompressor {
     std::set<int64_t> change;
     for (const auto& [key, joined] : joined_)
       if (joined.is_smaller)
-        for (const RestColumn* column : joined.columns) change.insert(column->view);
+        for (const RestColumn* column : joined.columns) change.insert({column->view, column->indices_view});
     std::map<std::pair<JoinKey, bool>, JoinedView> kept;
     for (auto& [key, joined] : joined_) {
       if (joined.is_smaller) {
@@ -181,6 +227,11 @@ class RestCompressor {
     for (size_t i = 0; i < joined.columns.size(); ++i) {
       const RestColumn& column = *joined.columns[i];
       Json& accessors = document_.json()["accessors"];
+      if (column.indices_view >= 0) {
+        Json& dense = accessors[static_cast<size_t>(column.place.first)];
+        dense.erase("sparse");
+        dense["bufferView"] = view;
+      }
       Json& place = *elements_json(accessors, column.place);
       place["bufferView"] = view;
       if (offsets[i] == 0)
@@ -250,8 +301,9 @@ class RestCompressor {
 
   Document& document_;
   const ThreadPool& pool_;
+  const bool is_khr_;
   const std::string extension_;
-  const std::vector<RestColumn> columns_;
+  std::vector<RestColumn> columns_;
   std::map<std::pair<JoinKey, bool>, JoinedView> joined_;
   std::set<int64_t> views_;          // the views that were made
   std::map<int64_t, bool> rounded_;  // accessors whose values are others than before; whether of vertices
@@ -275,6 +327,7 @@ Status check_rest(const EncodeDocumentOptions& options, const OutOfCoreOptions& 
 Status compress_rest(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool) {
   if (options.meshopt == MeshoptRest::kNo) return {};
   Document before = document;
+  if (options.meshopt == MeshoptRest::kKhr) make_meshopt_khr(document);
   if (Status status = RestCompressor(document, options, pool).run(); !status.ok()) return status;
   // The lists of extensions, and the buffer that stands for the decoded bytes, may outweigh small views.
   if (glb_bytes(document) >= glb_bytes(before)) document = std::move(before);

@@ -39,7 +39,7 @@ size_t row_bytes(size_t width, uint64_t period) {
 
 // The rows of a filter, decoded.
 FilteredRows undone(const char* filter, size_t stride, std::vector<uint8_t> rows) {
-  FilteredRows result{filter, std::move(rows), {}, false};
+  FilteredRows result{filter, std::move(rows), {}, {}, false};
   MeshoptRecord record;
   record.mode = "ATTRIBUTES";
   record.filter = filter;
@@ -58,6 +58,7 @@ std::optional<FilteredRows> to_multiples(std::span<const float> values, int expo
   const double most = std::ldexp(0.5, exponent);
   for (size_t i = 0; i < values.size(); ++i)
     if (!(std::fabs(double{decoded[i]} - double{values[i]}) <= most)) return std::nullopt;
+  filtered.lifted = lift_multiples(filtered.rows);
   return filtered;
 }
 
@@ -136,7 +137,8 @@ class ColumnFinder {
     for (const RestColumn& column : columns_) ++columns_of[column.view];
     const DataUsers users(document_.json());
     std::erase_if(columns_, [&](const RestColumn& column) {
-      return !DataUsers::has(users.views, column.view, columns_of[column.view]) || !is_plain(column.view);
+      return !DataUsers::has(users.views, column.view, columns_of[column.view]) ||
+             !is_plain(column.view, columns_of[column.view] > 1);
     });
     for (RestColumn& column : columns_) read(column);
     return std::move(columns_);
@@ -161,14 +163,15 @@ class ColumnFinder {
   void add(ElementsPlace place, int64_t view, RestView needs, size_t width, const RestUse& use) {
     const uint64_t period = place.second == ElementsRole::kElements ? use.period : 1;
     columns_.push_back(
-        {place, view, needs, use.view == RestView::kVertices, width, row_bytes(width, period), {}, {}});
+        {place, view, needs, use.view == RestView::kVertices, width, row_bytes(width, period), use.precision});
   }
 
-  // Whether the view is in memory, and has nothing that would be lost with it.
-  bool is_plain(int64_t index) const {
+  // Whether the view is in memory, and has nothing that would be lost with it. Extras of values that several
+  // others join belong to none of these.
+  bool is_plain(int64_t index, bool is_joined) const {
     const Json& view = document_.json()["bufferViews"][static_cast<size_t>(index)];
     return !records_.view(index).meshopt && field(view, "extensions") == nullptr &&
-           field(view, "extras") == nullptr && buffer_view_bytes(document_, index).ok();
+           !(is_joined && view.contains("extras")) && buffer_view_bytes(document_, index).ok();
   }
 
   void read(RestColumn& column) const {
@@ -184,13 +187,15 @@ class ColumnFinder {
     const uint32_t stated = is_sparse ? 0 : records_.view(column.view).stride;
     const uint64_t stride = stated > 0 ? stated : width;
     const std::span<const uint8_t> bytes = *buffer_view_bytes(document_, column.view);
+    if (const Json* extras = field(document_.json()["bufferViews"][static_cast<size_t>(column.view)], "extras"))
+      column.extras = *extras;
     column.values.assign(static_cast<size_t>(count * column.width), 0);
     for (uint64_t i = 0; i < count; ++i)
       std::memcpy(&column.values[i * column.width], &bytes[from.offset + i * stride],
                   i + 1 < count ? width : last);
     if (is_index) return;
     // Bytes that pad elements in a view of vertices are not filtered: floats have none.
-    column.filtered = filter_values(column.values, accessor, uses_.at(index).precision);
+    column.filtered = filter_values(column.values, accessor, column.precision);
     if (column.filtered && column.filtered->are_shorts) column.row = 4 * sizeof(int16_t);
   }
 
@@ -205,6 +210,26 @@ class ColumnFinder {
 std::vector<RestColumn> rest_columns(const Document& document, const EncodeDocumentOptions& options,
                                      const ThreadPool& pool) {
   return ColumnFinder(document, options, pool).run();
+}
+
+RestColumn dense_column(const AccessorRecord& accessor, const RestColumn& indices, const RestColumn& values) {
+  const size_t from = accessor.layout.stored_bytes(), to = (from + 3) / 4 * 4;
+  RestColumn dense{{values.place.first, ElementsRole::kElements},
+                   values.view,
+                   RestView::kVertices,
+                   true,
+                   to,
+                   row_bytes(to, 1),
+                   values.precision};
+  dense.indices_view = indices.view;
+  dense.values.assign(static_cast<size_t>(accessor.count) * to, 0);
+  for (size_t i = 0; (i + 1) * indices.width <= indices.values.size(); ++i) {
+    uint32_t element = 0;
+    std::memcpy(&element, &indices.values[i * indices.width], indices.width);  // little-endian, as glTF
+    if (element < accessor.count) std::memcpy(&dense.values[element * to], &values.values[i * from], from);
+  }
+  dense.filtered = filter_values(dense.values, accessor, dense.precision);
+  return dense;
 }
 
 }  // namespace psplit

@@ -107,8 +107,9 @@ class UseFinder {
   // Points and lines have no other grid. Triangles are plain because they were to stay as they were.
   RestPrecision of_attribute(const PrimitiveRecord& primitive, const std::string& semantic,
                              std::optional<int> step) const {
-    if (options_.lossless || primitive.has_triangles() || semantic != "POSITION" || !step) return {};
-    return {Kind::kStep, *step, true};
+    if (options_.lossless || primitive.has_triangles()) return {};
+    if (semantic.starts_with("COLOR_")) return {Kind::kStep, -options_.color_bits, false};
+    return semantic == "POSITION" && step ? RestPrecision{Kind::kStep, *step, true} : RestPrecision();
   }
 
   // Displacements are as exact as what they are added to. Equal ones on both sides of a border stay equal.

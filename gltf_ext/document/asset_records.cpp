@@ -103,8 +103,12 @@ class RecordReader {
     if (!stride || !count || mode == nullptr || *stride < 1 || *stride > 256 || *count < 0 ||
         *count > UINT32_MAX)
       return invalid_input(name + ", compressed by meshoptimizer, has no valid byteStride, count or mode");
-    return MeshoptRecord{*range, *mode, filter == nullptr ? "NONE" : *filter, static_cast<size_t>(*stride),
-                         static_cast<size_t>(*count)};
+    return MeshoptRecord{*range,
+                         *mode,
+                         filter == nullptr ? "NONE" : *filter,
+                         static_cast<size_t>(*stride),
+                         static_cast<size_t>(*count),
+                         false};
   }
 
   Status read_views() {
@@ -122,6 +126,7 @@ class RecordReader {
       Expected<MeshoptRecord> meshopt = meshopt_record(*extension, name);
       if (!meshopt) return meshopt.status();
       view.meshopt = std::move(*meshopt);
+      view.meshopt->is_khr = name_of_meshopt(json) == kMeshoptExtensions[1];
     }
     return {};
   }

@@ -29,6 +29,7 @@ struct MeshoptRecord {
   BufferRange range;
   std::string mode, filter;
   size_t stride = 0, count = 0;
+  bool is_khr = false;  // whose codec of attributes may be of version 1
 
   size_t decoded_bytes() const { return stride * count; }
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -7,14 +8,11 @@
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/document/meshopt_filters.h"
 #include "gltf_ext/document/read_steps.h"
 
 namespace psplit {
 namespace {
-
-// The codec for attributes stores sixteen zeros in two bits. The other codecs take at least a byte for a
-// triangle or an index. Newer codecs, which are not decoded, take less.
-constexpr uint64_t kMostBytesOfAByte = 64;
 
 // The compressed bytes of one view.
 Expected<std::span<const uint8_t>> compressed_bytes(const Document& document, const ViewRecord& view) {
@@ -94,7 +92,7 @@ void sweep(Document& document) {
 }  // namespace
 
 Status decode_meshopt_views(Document& document) {
-  uint64_t all_bytes = 0;
+  uint64_t all_bytes = 0, most_of_a_byte = 0;
   for (const auto& buffer : document.buffers) all_bytes += buffer.size();
   const std::vector<ViewRecord> views = document.records().views;
   DecodedBuffers decoded(document);
@@ -105,12 +103,14 @@ Status decode_meshopt_views(Document& document) {
     const Expected<std::span<const uint8_t>> bytes = compressed_bytes(document, views[i]);
     if (!bytes) return invalid_input(name + bytes.status().message());
     if (!is_readable_meshopt(compressed, *bytes)) continue;
-    if (compressed.decoded_bytes() > kMostBytesOfAByte * bytes->size())
+    const uint64_t most = most_decoded_bytes(compressed, *bytes);
+    if (compressed.decoded_bytes() > most)
       return invalid_input(name + "has more elements than its bytes can hold");
     if (!is_legal_meshopt(compressed))
       return invalid_input(name + "has an illegal combination of mode, filter and byteStride");
     // Views may share their bytes, but not so often that a small file becomes huge.
-    if (decoded.bytes() + compressed.decoded_bytes() > kMostBytesOfAByte * all_bytes + 8 * (i + 1))
+    if (!bytes->empty()) most_of_a_byte = std::max(most_of_a_byte, most / bytes->size());
+    if (decoded.bytes() + compressed.decoded_bytes() > most_of_a_byte * all_bytes + 8 * (i + 1))
       return invalid_input(name + "shares its bytes with too many other views");
     const std::span<uint8_t> rows = decoded.add(i, views[i]);
     if (!decode_meshopt_rows(compressed, *bytes, rows.data())) return invalid_input(name + "cannot be decoded");

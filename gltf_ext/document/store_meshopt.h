@@ -19,4 +19,8 @@ size_t meshopt_fallback(Document& document, const std::string& extension);
 void store_meshopt_rows(Document& document, size_t view, const MeshoptRecord& record,
                         std::span<const uint8_t> compressed, std::span<const uint8_t> decoded);
 
+// Makes the views of EXT_meshopt_compression views of KHR_meshopt_compression, of the same values: attributes
+// in version 1 of the codec where that is smaller. Nothing changes if a view is unreadable here.
+void make_meshopt_khr(Document& document);
+
 }  // namespace psplit

@@ -11,6 +11,7 @@
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/meshopt_codec.h"
 #include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/document/meshopt_filters.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/document/store_meshopt.h"
 #include "gltf_ext/document/unknown_references.h"

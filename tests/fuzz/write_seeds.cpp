@@ -30,13 +30,15 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
 }
 
 // One small asset in every form: plain, in patches, as stock Draco, with a sparse morph target, in
-// condensed patches, with a morph target in patches; as .glb and as .gltf.
+// condensed patches, with a morph target in patches, as points that meshoptimizer's extensions compress; as
+// .glb and as .gltf.
 void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   using psplit::Json;
   const psplit::Mesh mesh = psplit::make_grid(4, 4);
-  for (int form = 0; form < 6; ++form) {
+  for (int form = 0; form < 8; ++form) {
     // Patches of the smallest mesh would not get smaller.
-    psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
+    psplit::Document document =
+        psplit::document_from_mesh(form == 4 || form >= 6 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
       (void)psplit::encode_document(document, psplit::DocumentOptions{.patches = {.count = 2, .always = true}},
                                     psplit::draco_backend(), pool);
@@ -58,6 +60,12 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
       (void)psplit::encode_document(
           document, psplit::DocumentOptions{.patches = {.count = 3, .always = true}, .condense = true},
           psplit::draco_backend(), pool);
+    if (form >= 6) {
+      document.json()["meshes"][0]["primitives"][0]["mode"] = 0;
+      const auto meshopt = form == 6 ? psplit::MeshoptRest::kExt : psplit::MeshoptRest::kKhr;
+      (void)psplit::encode_document(document, psplit::DocumentOptions{.lossless = true, .meshopt = meshopt},
+                                    psplit::draco_backend(), pool);
+    }
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
     // A .gltf whose bytes are in a data URI without base64.
     Json json = document.json();

@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
@@ -130,6 +131,88 @@ test('Babylon.js in Node.js', { skip }, async () => {
   assert.deepEqual(counts_of(originals.made), { primitives: 2, bones: 2, tracks: 6, targets: 3 });
   for (const [name, variant] of all(for_babylon))
     assert.deepEqual(character_differences(originals[name], await load(name, variant)), [], `${name}, ${variant}`);
+});
+
+// Rows of one view, as `count` points whose attributes of 4 bytes fill them.
+function rows_of(stride, count, kind) {
+  const rows = new DataView(new ArrayBuffer(stride * count));
+  for (let i = 0; i < count; ++i)
+    for (let c = 0; c < stride; c += 4) {
+      const noise = Math.imul(i * 64 + c + 1, 2654435761) >>> 0, at = i * stride + c;
+      if (kind === 'noise') rows.setUint32(at, Math.imul(noise, noise >>> 7) >>> 0, true);
+      if (kind === 'floats') rows.setFloat32(at, i / 10 + c, true);
+      if (kind === 'shorts') {
+        rows.setInt16(at, 40 * c - 90 * i + noise % 3, true);
+        rows.setUint16(at + 2, (i * i + c) % 501, true);
+      }
+      if (kind === 'runs') rows.setUint32(at, i % 200 < 70 ? noise : 7 + (i >> 5), true);
+    }
+  return new Uint8Array(rows.buffer);
+}
+
+// The bytes of every accessor of a GLB, whose views are plain or given decoded.
+function accessor_bytes(file, decoded = {}) {
+  const { json, view_bytes } = read_asset(file);
+  return json.accessors.map(({ bufferView, byteOffset = 0, count }) => {
+    const { byteStride = 4 } = json.bufferViews[bufferView], view = decoded[bufferView] ?? view_bytes(bufferView);
+    return Buffer.concat(Array.from({ length: count }, (_, i) => view.subarray(byteOffset + i * byteStride, byteOffset + i * byteStride + 4)));
+  });
+}
+
+test("the codec's version 1, by meshoptimizer and by psplit", { skip }, async () => {
+  const { MeshoptEncoder, MeshoptDecoder: newest } = createRequire(path.join(modules_folder, 'package.json'))('meshoptimizer');
+  const of_three = (await import(pathToFileURL(path.join(modules_folder, 'node_modules/three/examples/jsm/libs/meshopt_decoder.module.js')))).MeshoptDecoder;
+  await Promise.all([MeshoptEncoder.ready, newest.ready, of_three.ready]);
+  const name = 'KHR_meshopt_compression', cases = [];
+  for (const stride of [4, 8, 12, 16, 24, 64, 100, 252])
+    for (const count of [16, 250, 257, 700]) for (const kind of ['noise', 'floats', 'shorts', 'runs']) cases.push({ stride, count, rows: rows_of(stride, count, kind) });
+  const colors = MeshoptEncoder.encodeFilterColor(Float32Array.from({ length: 4 * 300 }, (_, i) => Math.sin(i) ** 2), 300, 4, 8);
+  cases.push({ stride: 4, count: 300, rows: colors, filter: 'COLOR' });
+  const json = { asset: { version: '2.0' }, extensionsUsed: [name], extensionsRequired: [name], buffers: [{}, { byteLength: 0, extensions: { [name]: { fallback: true } } }],
+    bufferViews: [], accessors: [], meshes: [] };
+  const expected = [];
+  let bytes = Buffer.alloc(0);
+  for (const [index, { stride, count, rows, filter }] of cases.entries()) {
+    const packed = MeshoptEncoder.encodeVertexBufferLevel(rows, count, stride, index % 4, 1), values = new Uint8Array(rows.length);
+    newest.decodeVertexBuffer(values, count, stride, packed, filter);
+    assert.equal(packed[0], 0xa1);
+    const attributes = {};
+    for (let offset = 0; offset < stride; offset += 4) {
+      attributes[`_A${offset / 4}`] = json.accessors.push({ bufferView: index, byteOffset: offset, componentType: 5121, normalized: true, type: 'VEC4', count }) - 1;
+      expected.push(Buffer.concat(Array.from({ length: count }, (_, i) => values.subarray(i * stride + offset, i * stride + offset + 4))));
+    }
+    json.meshes.push({ primitives: [{ mode: 0, attributes }] });
+    json.bufferViews.push({ buffer: 1, byteOffset: json.buffers[1].byteLength, byteLength: rows.length, byteStride: stride, extensions: { [name]:
+      { buffer: 0, byteOffset: bytes.length, byteLength: packed.length, byteStride: stride, count, mode: 'ATTRIBUTES', ...(filter && { filter }) } } });
+    json.buffers[1].byteLength += rows.length;
+    bytes = Buffer.concat([bytes, packed, Buffer.alloc(-packed.length & 3)]);
+  }
+  json.buffers[0].byteLength = bytes.length;
+  const files = ['theirs', 'plain', 'ours'].map((of) => path.join(folder, `version1.${of}.glb`)), [theirs, plain, ours] = files;
+  writeFileSync(theirs, make_glb(json, bytes));
+  execFileSync(gltf_psplit, ['decode', '-q', '-f', theirs, plain]);
+  // Filters are exact to one step.
+  const colored = expected.length - 1, decoded = accessor_bytes(plain);
+  assert.deepEqual(decoded.slice(0, colored), expected.slice(0, colored));
+  assert.ok(decoded[colored].every((value, i) => Math.abs(value - expected[colored][i]) <= 1));
+
+  execFileSync(gltf_psplit, ['encode', '-q', '-f', plain, ours, '--lossless', '--meshopt=khr']);
+  // Accessors that are equal became one.
+  const distinct = (list) => [...new Set(list.map((values) => values.toString('hex')))].sort();
+  const { json: { bufferViews } } = read_asset(ours), glb = readFileSync(ours), binary = glb.subarray(28 + glb.readUInt32LE(12));
+  for (const decoder of [newest, of_three]) {
+    const views = {};
+    for (const [index, { extensions }] of bufferViews.entries()) {
+      const { byteOffset = 0, byteLength, byteStride, count, mode, filter } = extensions?.[name] ?? {};
+      if (mode === undefined) continue;
+      const packed = binary.subarray(byteOffset, byteOffset + byteLength);
+      assert.equal(packed[0], 0xa1);
+      views[index] = new Uint8Array(count * byteStride);
+      decoder.decodeGltfBuffer(views[index], count, byteStride, packed, mode, filter);
+    }
+    assert.ok(Object.keys(views).length > 0);
+    assert.deepEqual(distinct(accessor_bytes(ours, views)), distinct(decoded));
+  }
 });
 
 const imports = { three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',

@@ -366,6 +366,98 @@ TEST(CompressRest, EncodingAgainChangesNothing) {
   EXPECT_EQ(document.json(), before);
 }
 
+// The first bytes of the streams that compressed views have in the file, for views of attributes.
+std::set<uint8_t> versions_of(const Document& document) {
+  std::set<uint8_t> versions;
+  for (const ViewRecord& view : document.records().views) {
+    if (!view.meshopt || view.meshopt->mode != "ATTRIBUTES") continue;
+    const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(view.meshopt->range.buffer)];
+    versions.insert(bytes[static_cast<size_t>(view.meshopt->range.offset)]);
+  }
+  return versions;
+}
+
+TEST(CompressRest, OnlyKhrHasVersion1AndIsSmaller) {
+  const AnimatedAsset asset;
+  const Document ext = encoded_asset(asset, {.meshopt = MeshoptRest::kExt});
+  const Document khr = encoded_asset(asset, {.meshopt = MeshoptRest::kKhr});
+  EXPECT_EQ(versions_of(ext), std::set<uint8_t>{0xa0});
+  EXPECT_EQ(versions_of(khr), std::set<uint8_t>{0xa1});
+  EXPECT_LT(glb_bytes(khr), glb_bytes(ext));
+  EXPECT_EQ(rest_of(khr), rest_of(ext));
+  // What is compressed by the one becomes the other, without loss, and nothing else changes.
+  Document renamed = reread(ext);
+  must(encode_document(renamed, DocumentOptions{.meshopt = MeshoptRest::kKhr}, reference_backend(),
+                       test_pool()));
+  EXPECT_EQ(versions_of(renamed), std::set<uint8_t>{0xa1});
+  EXPECT_EQ(count_in(renamed, "EXT_meshopt_compression"), 0u);
+  EXPECT_LT(glb_bytes(renamed), glb_bytes(ext));
+  EXPECT_EQ(rest_of(reread(renamed)), rest_of(ext));
+  EXPECT_EQ(findings_of(reread(renamed), reference_backend()), findings_of(ext, reference_backend()));
+}
+
+// A target that moves most points by about a step of the grid: sparse takes fewer bytes in memory, dense fewer
+// in the file.
+TEST(CompressRest, SparseTargetsBecomeDenseWhereThatIsSmaller) {
+  AnimatedAsset asset;
+  const size_t count = make_grid(40, 30).point_count;
+  std::vector<float> moves(3 * count);
+  for (size_t i = 0; i < count; ++i)
+    if (i * i % 11 > 2) moves[3 * i] = i % 5 < 3 ? 0.0021f : -0.0018f;
+  const AccessorData data = AnimatedAsset::floats(3, moves);
+  Json accessor = describe_stored(data);
+  describe_decoded(accessor, data, true);
+  store_values_sparse(asset.document, accessor, data, kArrayBuffer);
+  asset.document.json()["accessors"].push_back(accessor);
+  primitive_of(asset.document)["targets"][1]["POSITION"] = asset.document.json()["accessors"].size() - 1;
+  const Document plain = encoded_asset(asset, {});
+  ASSERT_TRUE(plain.records().accessor(target_of(plain, 1)).sparse);
+  const Document document = reread(encoded_asset(asset, {.meshopt = MeshoptRest::kKhr}));
+  EXPECT_FALSE(document.records().accessor(target_of(document, 1)).sparse);
+  const std::vector<float> before = floats_of(plain, target_of(plain, 1)),
+                           after = floats_of(document, target_of(document, 1));
+  ASSERT_EQ(before.size(), after.size());
+  for (size_t i = 0; i < before.size(); ++i)
+    EXPECT_LE(std::fabs(before[i] - after[i]), std::ldexp(39.0f, -CodingOptions().position_bits - 1));
+  EXPECT_EQ(findings_of(document, reference_backend()), findings_of(plain, reference_backend()));
+}
+
+TEST(CompressRest, ExtrasOfViewsStay) {
+  AnimatedAsset asset;
+  const auto view_of = [](const Document& document) {
+    return static_cast<size_t>(
+        document.records().accessor(instances_of(document, "TRANSLATION")).elements.view);
+  };
+  asset.document.json()["bufferViews"][view_of(asset.document)]["extras"] = {{"name", "places"}};
+  const Document document = encoded_asset(asset, {.meshopt = MeshoptRest::kExt});
+  EXPECT_TRUE(document.records().views[view_of(document)].meshopt);
+  EXPECT_EQ(document.json()["bufferViews"][view_of(document)]["extras"], Json({{"name", "places"}}));
+  EXPECT_EQ(count_in(document, "places"), 1u);
+}
+
+TEST(CompressRest, ColorsOfPointsAreRounded) {
+  AnimatedAsset asset;
+  std::vector<float> colors;
+  for (int i = 0; i < 500; ++i)
+    for (int c = 0; c < 3; ++c)
+      colors.push_back(0.5f + 0.5f * std::sin(0.01f * static_cast<float>(i * (c + 1))));
+  Json& attributes = asset.document.json()["meshes"][1]["primitives"][0]["attributes"];
+  attributes["COLOR_0"] =
+      append_accessor(asset.document, AnimatedAsset::floats(3, colors), kArrayBuffer, false);
+  const auto worst_of = [&](DocumentOptions options) {
+    options.meshopt = MeshoptRest::kKhr;
+    const Document document = encoded_asset(asset, options);
+    const Json& primitive = document.json()["meshes"][1]["primitives"][0];
+    const std::vector<float> after = floats_of(document, primitive["attributes"]["COLOR_0"].get<int64_t>());
+    float worst = 0;
+    for (size_t i = 0; i < colors.size(); ++i) worst = std::max(worst, std::fabs(after[i] - colors[i]));
+    return worst;
+  };
+  EXPECT_LE(worst_of({}), 1.0f / 512);
+  EXPECT_GT(worst_of({}), 0);
+  EXPECT_EQ(worst_of({.lossless = true}), 0);
+}
+
 TEST(CompressRest, OptionsAreChecked) {
   const auto code_of = [](DocumentOptions options, uint64_t memory) {
     Document document = document_from_mesh(make_grid(3, 3));

@@ -8,6 +8,7 @@
 
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/document/meshopt_vertices.h"
 #include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/json/json_fields.h"
 #include "psplit/document.h"
@@ -463,6 +464,51 @@ TEST(Meshopt, WhatIsLeftOfAViewIsCompressedAgain) {
             (std::map<std::string, size_t>{{"NONE" + std::to_string(points), 1}}));
 }
 
+// What gltfpack 1.x writes with -cz: version 1 of the codec of attributes, and colours by their filter.
+TEST(Meshopt, Version1AndColorsAreRead) {
+  const Mesh mesh = make_grid(20, 15);
+  const std::vector<float> positions = values_of<float>(mesh.attributes[0]);
+  Bytes colors;
+  for (size_t i = 0; i < mesh.point_count; ++i)
+    colors.insert(colors.end(), {static_cast<uint8_t>(i % 200), 20, 0xf6, 0xff});
+  CompressedAsset asset("KHR_meshopt_compression");
+  asset.add(encode_vertices(bytes_of(positions), 12), 12, mesh.point_count, "ATTRIBUTES", nullptr, kPositions);
+  asset.add(encode_vertices(colors, 4), 4, mesh.point_count, "ATTRIBUTES", "COLOR",
+            {{"componentType", 5121}, {"type", "VEC4"}, {"normalized", true}});
+  asset.json()["meshes"] =
+      Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0,"COLOR_0":1},"mode":0}]}])");
+  const Document document = must(asset.read());
+  const AccessorData position = must(read_accessor(document, 0)), color = must(read_accessor(document, 1));
+  EXPECT_EQ(std::memcmp(position.values.data(), positions.data(), position.values.size()), 0);
+  for (size_t i = 0; i < mesh.point_count; ++i) {
+    const auto at = [&](size_t c) { return static_cast<size_t>(color.values[4 * i + c]); };
+    const size_t luma = i % 200;
+    EXPECT_EQ(at(0), luma + 30);
+    EXPECT_EQ(at(1), luma < 10 ? 0 : luma - 10);
+    EXPECT_EQ(at(2), luma < 10 ? 0 : luma - 10);
+    EXPECT_EQ(at(3), 255u);
+  }
+}
+
+TEST(Meshopt, HostileViewsOfVersion1AreRefused) {
+  const Bytes packed = encode_vertices(Bytes(64 * 12, 7), 12);
+  const auto refusal = [&](size_t length, size_t count, const char* filter) {
+    CompressedAsset asset("KHR_meshopt_compression");
+    asset.add(packed, 12, 64, "ATTRIBUTES", filter, kPositions);
+    Json& meshopt = asset.json()["bufferViews"][0]["extensions"]["KHR_meshopt_compression"];
+    meshopt["byteLength"] = length;
+    meshopt["count"] = count;
+    const Expected<Document> document = asset.read();
+    return document ? std::string("loads") : document.status().message();
+  };
+  EXPECT_EQ(refusal(packed.size(), 64, nullptr), "loads");
+  for (size_t length = 0; length < packed.size(); ++length)
+    EXPECT_TRUE(contains(refusal(length, 64, nullptr), "buffer view 0")) << length;
+  EXPECT_TRUE(contains(refusal(packed.size(), 3 * 256, nullptr), "cannot be decoded"));
+  EXPECT_TRUE(contains(refusal(packed.size(), 100000000, nullptr), "more elements"));
+  EXPECT_TRUE(contains(refusal(packed.size(), 64, "COLOR"), "an illegal combination of mode"));
+}
+
 // Of a newer codec nothing is known, so its views stay as they are: in one buffer without bytes, beside those
 // that were decoded. It may store more zeros in a byte than the codec that is known.
 TEST(Meshopt, ViewsOfANewerCodecStayAsTheyAre) {
@@ -470,7 +516,7 @@ TEST(Meshopt, ViewsOfANewerCodecStayAsTheyAre) {
   std::vector<uint32_t> indices;
   for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
   Bytes newer(40, 0);
-  newer[0] = 0xa1;
+  newer[0] = 0xa2;
   CompressedAsset asset("KHR_meshopt_compression");
   asset.add(newer, 12, mesh.point_count, "ATTRIBUTES", nullptr, kPositions);
   asset.add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", nullptr, kIndices16);

@@ -220,7 +220,7 @@ TEST_F(DocumentTest, LoadsUris) {
 
 TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
   const std::string text =
-      asset(R"("buffers":[{"byteLength":4,"uri":"data:;base64,oQAAAA=="},)"
+      asset(R"("buffers":[{"byteLength":4,"uri":"data:;base64,ogAAAA=="},)"
             R"({"byteLength":64,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
             R"("bufferViews":[{"buffer":1,"byteLength":64,"extensions":{"EXT_meshopt_compression":)"
             R"({"buffer":0,"byteLength":4,"byteStride":4,"count":16,"mode":"ATTRIBUTES"}}}])");

@@ -60,5 +60,39 @@ TEST(MeshoptFilters, RotationsKeepTheirLargestComponent) {
   }
 }
 
+// Multiples in the upper bytes of their rows, and the same floats.
+TEST(MeshoptFilters, LiftedMultiplesAreTheSameValues) {
+  const auto values_of_rows = [](std::vector<uint8_t> rows) {
+    undo_meshopt_filter(rows_of_filter("EXPONENTIAL", 4, rows.size() / 4), rows.data());
+    return rows;
+  };
+  const std::vector<std::pair<std::vector<float>, size_t>> cases = {
+      {{0, 1, -128, 127}, 2}, {{0, 1, 128}, 1}, {{-32768, 32767}, 1}, {{-32769}, 0}, {{0x7fffff}, 0}, {{0}, 2}};
+  for (const auto& [values, free_bytes] : cases) {
+    const std::vector<uint8_t> rows = filter_to_multiples(values, 0), lifted = lift_multiples(rows);
+    EXPECT_EQ(values_of_rows(lifted), values_of_rows(rows));
+    EXPECT_EQ(static_cast<int8_t>(lifted[3]), -8 * static_cast<int>(free_bytes)) << values.back();
+  }
+  const std::vector<float> tiny = {std::ldexp(1.0f, -100)};
+  EXPECT_EQ(lift_multiples(filter_to_multiples(tiny, -100)), filter_to_multiples(tiny, -100));
+}
+
+// The specification's formula: numbers of 8, 6 and 16 bits, and rows that no encoder writes.
+TEST(MeshoptFilters, ColorsAreTheFormula) {
+  std::vector<uint8_t> bytes = {100, 20,   0xf6, 0xff, 63, 0, 0,   0x3f, 10,  0,
+                                0,   0x20, 1,    2,    3,  0, 255, 127,  127, 0x80};
+  undo_meshopt_filter(rows_of_filter("COLOR", 4, 5), bytes.data());
+  EXPECT_EQ(bytes, (std::vector<uint8_t>{130, 90, 90, 255, 255, 255, 255, 255, 40, 40,
+                                         40,  0,  0,  0,   0,   0,   255, 255, 1,  0}));
+  const uint16_t wide[] = {4095, 0, 0, 0xfff, 1000, 500, static_cast<uint16_t>(-300), 0x801};
+  std::vector<uint8_t> rows(sizeof wide);
+  std::memcpy(rows.data(), wide, sizeof wide);
+  undo_meshopt_filter(rows_of_filter("COLOR", 8, 2), rows.data());
+  uint16_t decoded[8];
+  std::memcpy(decoded, rows.data(), sizeof decoded);
+  EXPECT_EQ(std::vector<uint16_t>(decoded, decoded + 8),
+            (std::vector<uint16_t>{65535, 65535, 65535, 65535, 28807, 11203, 12803, 48}));
+}
+
 }  // namespace
 }  // namespace psplit

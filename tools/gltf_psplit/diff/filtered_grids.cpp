@@ -1,6 +1,7 @@
 #include "tools/gltf_psplit/diff/filtered_grids.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -16,6 +17,7 @@ std::optional<DeclaredGrid> FilteredGrids::of(int64_t accessor) {
   if (record.layout.component_type != ComponentType::kFloat32) return std::nullopt;
   const size_t width = record.layout.stored_bytes();
   std::optional<int> least, most;
+  uint32_t multiples = 0;  // all of them, to find the bits that are zero in each
   bool is_all = true;
   const auto add = [&](const ElementsRecord& elements, uint64_t count, uint64_t stride) {
     const std::vector<uint8_t>& rows = rows_of(elements.view);
@@ -24,7 +26,9 @@ std::optional<DeclaredGrid> FilteredGrids::of(int64_t accessor) {
     for (uint64_t i = 0; i < count; ++i)
       for (size_t at = 0; at < width; at += sizeof(uint32_t)) {
         // A row is a number of 24 bits below its exponent, little-endian.
-        const auto exponent = static_cast<int8_t>(rows[elements.offset + i * stride + at + 3]);
+        const uint8_t* const row = &rows[elements.offset + i * stride + at];
+        const auto exponent = static_cast<int8_t>(row[3]);
+        multiples |= static_cast<uint32_t>(row[0] | row[1] << 8 | row[2] << 16);
         least = std::min<int>(least.value_or(exponent), exponent);
         most = std::max<int>(most.value_or(exponent), exponent);
       }
@@ -35,6 +39,8 @@ std::optional<DeclaredGrid> FilteredGrids::of(int64_t accessor) {
   }
   if (record.sparse) add(record.sparse->values, record.sparse->count, width);
   if (!most) return std::nullopt;
+  // Small multiples may stand in the upper bytes, below a smaller exponent (lift_multiples).
+  if (least == most && multiples != 0) most = *most + std::countr_zero(multiples) / 8 * 8, least = most;
   DeclaredGrid grid;
   grid.within = std::ldexp(0.5, *most);
   if (is_all && least == most) grid.identity = "multiples of 2^" + std::to_string(*most);

@@ -160,7 +160,8 @@ void add_meshopt_options(CLI::App& command, EncodeArguments& arguments) {
       "--meshopt", arguments.meshopt,
       "Let meshoptimizer compress the data that stay in buffer views: animations, instances, morph targets, "
       "points, lines, and plain meshes. ext, the default, writes EXT_meshopt_compression, which more loaders "
-      "support; khr writes KHR_meshopt_compression. Key times, splines and all data without a precision option "
+      "support; khr writes KHR_meshopt_compression, which is smaller, but only the newest loaders read. Key "
+      "times, splines and all data without a precision option "
       "stay exact. decode makes the views plain. Not with --memory");
   meshopt->type_name("[=ext|khr]")->check([](const std::string& word) {
     return word == "true" || word == "ext" || word == "khr" ? std::string() : word + " is neither ext nor khr";
