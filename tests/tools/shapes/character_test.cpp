@@ -35,7 +35,8 @@ TEST(Character, HasSeamsInNormalsAndInTextureCoordinates) {
   std::map<Triple, std::vector<size_t>> points_at;
   for (size_t i = 0; i < positions.size(); ++i) points_at[positions[i]].push_back(i);
   size_t with_one_normal = 0, with_several = 0;
-  for (const auto& [position, points] : points_at) {
+  for (const auto& entry : points_at) {
+    const std::vector<size_t>& points = entry.second;
     if (points.size() == 1) continue;
     const bool is_smooth =
         std::ranges::all_of(points, [&](size_t i) { return normals[i] == normals[points[0]]; });

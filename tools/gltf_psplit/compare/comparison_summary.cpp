@@ -103,17 +103,17 @@ struct Choice {
   double there_ms = 0;
 };
 
-// Of psplit's own decoders, or of libdraco if it alone was timed. A single patch has no work for more threads;
-// if it was faster with them, that is chance.
-double decode_ms(const SplitRow& row, bool on_gpu, int threads) {
+// The fastest of psplit's own decoders, or of libdraco's if it alone was timed; null if there is none. A single
+// patch has no work for more threads; if it was faster with them, that is chance.
+const DecodeRow* fastest_on(const SplitRow& row, bool on_gpu, int threads) {
   const bool has_own = std::ranges::any_of(row.decode, [](const DecodeRow& decode) { return is_own(decode); });
-  double least = HUGE_VAL;
+  const DecodeRow* fastest = nullptr;
   for (const DecodeRow& decode : row.decode) {
     if (is_own(decode) != has_own || (decode.backend == "cuda") != on_gpu) continue;
-    if (on_gpu || decode.threads == (row.summary.patches < 2 ? 1 : threads))
-      least = std::min(least, decode.timing.median_ms);
+    if (!on_gpu && decode.threads != (row.summary.patches < 2 ? 1 : threads)) continue;
+    if (fastest == nullptr || decode.timing.median_ms < fastest->timing.median_ms) fastest = &decode;
   }
-  return least;
+  return fastest;
 }
 
 // For the GPU, if there is one, and for each number of threads that was measured, the most first.
@@ -123,17 +123,27 @@ std::vector<Choice> choose_splits(const Comparison& comparison, const LoadingMod
     settings.emplace(row.backend == "cuda", row.backend == "cuda" ? 1 : row.threads);
   std::vector<Choice> choices;
   for (auto setting = settings.rbegin(); setting != settings.rend(); ++setting) {
-    const auto& [on_gpu, threads] = *setting;
-    const auto there_ms = [&, on_gpu = on_gpu, threads = threads](const SplitRow& row) {
-      return loading.ms(row.summary.total_bytes, decode_ms(row, on_gpu, threads));
+    const bool on_gpu = setting->first;
+    const int threads = setting->second;
+    const auto there_ms = [&](const SplitRow& row) {
+      const DecodeRow* fastest = fastest_on(row, on_gpu, threads);
+      return fastest == nullptr ? HUGE_VAL : loading.ms(row.summary.total_bytes, fastest->timing.median_ms);
     };
-    double least = HUGE_VAL;
-    for (const SplitRow& row : comparison.splits) least = std::min(least, there_ms(row));
-    if (!(least < HUGE_VAL)) continue;
-    // One file serves all, unless that costs more than the rule allows.
-    size_t split = choices.empty() ? 0 : choices.front().split;
-    if (choices.empty() || there_ms(comparison.splits[split]) > least * (1 + kAboutAsSoon))
-      split = find_cheapest(comparison.splits, kAboutAsSoon, there_ms);
+    const SplitRow& soonest = *std::ranges::min_element(comparison.splits, {}, there_ms);
+    if (!(there_ms(soonest) < HUGE_VAL)) continue;
+    // One file serves all, unless it costs more than the rule allows and noise does not explain that.
+    const auto is_about_as_soon = [&](const SplitRow& row) {
+      const DecodeRow* fastest = fastest_on(row, on_gpu, threads);
+      if (fastest == nullptr) return false;
+      const double least_ms = median_range_ms(fastest->timing, comparison.rounds).first,
+                   most_ms =
+                       median_range_ms(fastest_on(soonest, on_gpu, threads)->timing, comparison.rounds).second;
+      return loading.ms(row.summary.total_bytes, least_ms) <=
+             loading.ms(soonest.summary.total_bytes, most_ms) * (1 + kAboutAsSoon);
+    };
+    const size_t split = !choices.empty() && is_about_as_soon(comparison.splits[choices.front().split])
+                             ? choices.front().split
+                             : find_cheapest(comparison.splits, kAboutAsSoon, there_ms);
     choices.push_back(
         {on_gpu ? "on the GPU" : "on " + threads_text(threads), split, there_ms(comparison.splits[split])});
   }
@@ -262,8 +272,8 @@ void note_uncertain_medians(const Comparison& comparison, std::vector<std::strin
   noise.push_back("Something else kept the machine busy: after " +
                   counted(static_cast<uint64_t>(comparison.rounds), "round") + " the medians of " +
                   with_separators(uncertain_count) + " of " + counted(decoder_count, "decoder") +
-                  " may be off by over " + with_decimals(100 * kTooUncertain, 0) + " %, that of " + worst_name +
-                  " by " + as_share(worst) + ".");
+                  " may be off by over " + with_decimals(100 * kTooUncertain, 0) + " %, most of all that of " +
+                  worst_name + ".");
 }
 
 // A single patch has no work for a second thread, so it is skipped.
