@@ -129,8 +129,9 @@ TEST(ComparisonSummary, RecommendsForEachNumberOfThreads) {
   // One file serves all where noise may explain the difference.
   Comparison noisy = comparison;
   noisy.splits[1].decode[0].timing = {27, 15, 40, 16, 38};
-  EXPECT_TRUE(summarize_comparison(noisy, "a").recommendation.starts_with(
-      "Take 45 patches (--patches 45) on 2 threads and on one thread."));
+  EXPECT_TRUE(
+      summarize_comparison(noisy, "a")
+          .recommendation.starts_with("Take 45 patches (--patches 45) on 2 threads and on one thread."));
   // A single patch gains nothing from more threads, so its time with them is chance.
   comparison.splits[0].decode[1].timing = steady(1);
   EXPECT_EQ(summarize_comparison(comparison, "a").recommendation, text);
