@@ -269,7 +269,7 @@ void note_uncertain_medians(const Comparison& comparison, std::vector<std::strin
       if (is_own(decode))
         look_at(ComparisonFigures::patches_name(row) + " with " + decoder_text(decode), decode.timing);
   if (uncertain_count == 0) return;
-  noise.push_back("Something else kept the machine busy: after " +
+  noise.push_back("Times varied very much: after " +
                   counted(static_cast<uint64_t>(comparison.rounds), "round") + " the medians of " +
                   with_separators(uncertain_count) + " of " + counted(decoder_count, "decoder") +
                   " may be off by over " + with_decimals(100 * kTooUncertain, 0) + " %, most of all that of " +

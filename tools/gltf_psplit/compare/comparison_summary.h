@@ -19,7 +19,7 @@ inline constexpr double kAboutAsSoon = 0.02;
 inline constexpr double kAboutAsFast = 0.05;
 // Sentences have the range of a ratio of medians that are not certain (is_certain); a note says which medians
 // may be off by more than this share.
-inline constexpr double kTooUncertain = 0.1;
+inline constexpr double kTooUncertain = 0.25;
 // Tables mark a time if the quartiles of its rounds differ by more than this share of the median.
 inline constexpr double kNoisySpread = 0.2;
 
