@@ -89,7 +89,11 @@ def build_sdist(sdist_directory, config_settings=None):
 def metadata():
     """The files of dist-info but RECORD, of what pyproject.toml says."""
     lines = ["Metadata-Version: 2.1", f"Name: {described['name']}", f"Version: {version}", f"Summary: {described['description']}",
-             f"License: {described['license']['text']}", "License-File: LICENSE", f"Requires-Python: {described['requires-python']}",
+             f"License: {described['license']['text']}", "License-File: LICENSE",
+             *(f"Author: {author['name']}" for author in described["authors"]), "Keywords: " + ",".join(described["keywords"]),
+             *(f"Classifier: {of}" for of in described["classifiers"]),
+             *(f"Project-URL: {name}, {address}" for name, address in described["urls"].items()),
+             f"Requires-Python: {described['requires-python']}",
              *(f"Requires-Dist: {needed}" for needed in described["dependencies"])]
     for extra, dependencies in described["optional-dependencies"].items():
         lines += [f"Provides-Extra: {extra}", *(f"Requires-Dist: {needed}; extra == '{extra}'" for needed in dependencies)]

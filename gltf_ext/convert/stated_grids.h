@@ -7,6 +7,7 @@
 
 #include "gltf_ext/primitive/read_primitives.h"
 #include "psplit/encode.h"
+#include "psplit/gltf.h"
 
 namespace psplit {
 

@@ -26,6 +26,10 @@ kLinkedInWheel = {
     "nlohmann-json3-dev": "MIT",
     "pybind11-dev": "BSD-3-Clause",
 }
+# In the WebAssembly modules of the npm package.
+kLinkedInModules = {
+    "libc++-dev-wasm32": "Apache-2.0 WITH LLVM-exception",
+}
 kMeshoptimizer = "MIT"
 
 
@@ -46,12 +50,13 @@ def address(package, version, architecture):
     return f"pkg:deb/debian/{urllib.parse.quote(package)}@{urllib.parse.quote(version)}?arch={architecture}"
 
 
-def document(archive, version, architecture, licence_of, packages, meshoptimizer_version, epoch):
-    """SPDX's JSON for an archive. `licence_of`: one of those above. `packages`: {Debian package: version}."""
+def document(archive, version, architecture, licence_of, packages, meshoptimizer_version, epoch, home, name="gltf-psplit"):
+    """SPDX's JSON for a package. `licence_of`: one of those above. `packages`: {Debian package: version}. `home`: the project's
+    address, beside which `home`.git is the repository."""
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     created = datetime.datetime.fromtimestamp(epoch, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
-    command = {"SPDXID": "SPDXRef-gltf-psplit", "name": "gltf-psplit", "versionInfo": version, "packageFileName": archive.name,
-               "downloadLocation": "NOASSERTION", "filesAnalyzed": False, "licenseConcluded": "Apache-2.0",
+    command = {"SPDXID": f"SPDXRef-{name}", "name": name, "homepage": home, "versionInfo": version, "packageFileName": archive.name,
+               "downloadLocation": f"git+{home}.git@v{version}", "filesAnalyzed": False, "licenseConcluded": "Apache-2.0",
                "licenseDeclared": "Apache-2.0", "copyrightText": "NOASSERTION", "primaryPackagePurpose": "APPLICATION",
                "checksums": [{"algorithm": "SHA256", "checksumValue": digest}]}
     linked = [(name, packages[name], licence, address(name, packages[name], architecture)) for name, licence in licence_of.items()]

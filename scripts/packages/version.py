@@ -1,6 +1,8 @@
 """The version, which CMakeLists.txt says, and every other file that has to repeat it."""
 import datetime, email.utils, os, pathlib, re
 
+from packages import home
+
 root = pathlib.Path(__file__).resolve().parent.parent.parent
 kChangelog = "contrib/debian/changelog"
 # Each pattern's group is the version, or its first two numbers where a file asks for these; or its groups are the numbers. What
@@ -60,7 +62,7 @@ def changelog_entry(new):
     seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or datetime.datetime.now().timestamp())
     date = email.utils.format_datetime(datetime.datetime.fromtimestamp(seconds, datetime.timezone.utc))
     return f"psplit ({new}-1) unstable; urgency=medium\n\n  * Version {new}; CHANGELOG.md says what changed.\n\n" \
-           f" -- The psplit authors <psplit@example.org>  {date}\n\n"
+           f" -- {home.maintainer()}  {date}\n\n"
 
 
 def set_version(new):

@@ -27,7 +27,7 @@ class RandomReport {
   RandomReport(uint64_t seed, const std::string& input, int threads, std::span<const uint64_t> patch_counts)
       : random_(seed) {
     report_.input = input;
-    report_.options.repeat = 5;
+    report_.comparison.rounds = 5;
     report_.environment = {.cpu = "AMD EPYC 9R14 96-Core Processor",
                            .threads = threads,
                            .gpu = "",

@@ -6,13 +6,13 @@ import pathlib, re, shutil, subprocess, sys, tempfile
 sys.dont_write_bytecode = True
 source = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(source / "scripts"))
-from packages import version
+from packages import home, version
 
 if version.disagreements():
     sys.exit("\n".join(version.disagreements()))
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*(place.partition("#")[0] for place in version.kPlaces), "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
+    for file in [*(place.partition("#")[0] for place in version.kPlaces), *home.kManifests, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
         (copy / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source / file, copy / file)
     release = [sys.executable, copy / "scripts/release", "--version"]

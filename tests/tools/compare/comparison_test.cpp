@@ -73,7 +73,7 @@ TEST(Comparison, MeasuresTheBytesThatEncodeWrites) {
     options.rules = {{}, {.patches = 1}, {.patches = 9}, {.patches = 40}, {.patch_faces = 500}};
     options.thread_counts = {1};
     options.stock_speeds = {};
-    options.repeat = 1;
+    options.rounds.count = 1;
     const std::vector<DecodeBackend> backends{draco_backend()};
     const auto comparison = must(compare_codecs(read_all(document, coding), options, backends, ThreadPool(2)));
     for (size_t i = 0; i < options.rules.size(); ++i) {
@@ -98,7 +98,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   ComparisonOptions options;
   options.rules = {{.patches = 6}, {.patches = 24}};
   options.thread_counts = {1, 2};
-  options.repeat = 1;
+  options.rounds.count = 1;
   options.stock_speeds = {10, 0, 10};
   const std::vector<DecodeBackend> backends{draco_backend()};
   size_t done = 0, total = 0;
@@ -161,7 +161,7 @@ TEST(Comparison, DecodesUnsplitMeshesTogetherAsStockStreams) {
   ComparisonOptions options;
   options.rules = {{.patches = 1}, {.patches = 1, .condense = true}};
   options.thread_counts = {1};
-  options.repeat = 1;
+  options.rounds.count = 1;
   std::vector<std::pair<size_t, size_t>> calls;  // tasks, and how many of them are stock streams
   DecodeBackend counting = cpu_backend();
   counting.decode_into = [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
@@ -187,7 +187,7 @@ TEST(Comparison, StagesAreMeasuredWarm) {
   ComparisonOptions options;
   options.rules = {{.patches = 1}};
   options.thread_counts = {1};
-  options.repeat = 7;
+  options.rounds.count = 7;
   const std::vector<DecodeBackend> backends{cpu_backend()};
   const auto comparison = must(compare_codecs(read_all(document_of(meshes), {}), options, backends, pool, {}));
   double stages_ms = 0;

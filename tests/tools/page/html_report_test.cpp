@@ -31,7 +31,7 @@ std::string part_of(const std::string& text, const std::string& begin, const std
 ComparisonReport sample_report() {
   ComparisonReport report;
   report.input = "dragon.ply";
-  report.options.repeat = 7;
+  report.comparison.rounds = 7;
   report.environment = {.cpu = "Some CPU",
                         .threads = 12,
                         .gpu = "Some GPU",
@@ -184,7 +184,7 @@ TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
   for (const std::string& sentence : {summary.headline, summary.recommendation, summary.rule})
     EXPECT_TRUE(contains(result, ">" + escape_html(sentence) + "</p>")) << sentence;
   EXPECT_FALSE(contains(result, "class=\"noise\""));
-  report.options.repeat = 1;
+  report.comparison.rounds = 1;
   const std::string noisy = part_of(to_html(report), "<section id=\"result\">", "</section>");
   EXPECT_TRUE(contains(noisy, "The times are not certain"));
   EXPECT_TRUE(contains(noisy, "only once"));

@@ -33,6 +33,7 @@ struct CompareArguments {
   BackendChoice backend;
   std::vector<uint64_t> patch_counts;
   ComparisonOptions options;
+  LoadingModel loading;
   bool wide = false, condense = false;
 };
 
@@ -170,6 +171,7 @@ Status run_compare(CompareArguments arguments, const Session& session) {
   if (!comparison) return comparison.status().at({.file = arguments.input});
   report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
   report.options = options;
+  report.loading = arguments.loading;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session.version, session.command_line);
   return write_text(arguments.output,
@@ -179,7 +181,8 @@ Status run_compare(CompareArguments arguments, const Session& session) {
                     session.if_read_only());
 }
 
-void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_counts, ComparisonOptions& options) {
+void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_counts, ComparisonOptions& options,
+                           LoadingModel& loading) {
   separated_by_commas(
       command.add_option("--patches", patch_counts,
                          "Patch counts to measure, over all primitives together. Default: one patch for each "
@@ -188,10 +191,25 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
       "A,B,C")
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}));
   command
-      .add_option("--repeat", options.repeat, "Number of timed rounds. In each round, every decoder runs once")
+      .add_option(
+          "--repeat", options.rounds.count,
+          "Number of timed rounds. In each round, every decoder runs once. Default: as many as it takes "
+          "until the medians are certain to 3 %")
       ->check(CLI::Range(1, 10000))
-      ->capture_default_str()
       ->type_name("N");
+  command
+      .add_option("--seconds", options.rounds.seconds,
+                  "Without --repeat: no further rounds after this time, but at least 5")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str()
+      ->type_name("S");
+  command
+      .add_option("--line", loading.line_mbit,
+                  "The line over which the meshes come, in Mbit/s: the recommendation adds the time of their "
+                  "bytes to that of decoding")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str()
+      ->type_name("MBIT");
   separated_by_commas(
       command.add_option("--stock-speeds", options.stock_speeds,
                          "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all "
@@ -213,7 +231,7 @@ void add_compare_command(CLI::App& app, Action& action) {
           "The input: an uncompressed .gltf or .glb file, or a .drc, .ply, .obj, .stl or .off file, optionally "
           "gzipped; - reads stdin")
       ->required();
-  add_measuring_options(command, arguments->patch_counts, arguments->options);
+  add_measuring_options(command, arguments->patch_counts, arguments->options, arguments->loading);
   command.add_flag("--condense", arguments->condense, "Also measure each patch count with condensed patches");
   add_format_option(command, arguments->format, {"text", "json", "html"});
   command.get_option("--format")->description("Format of the result. html: a page with charts");

@@ -15,6 +15,7 @@
 #include "psplit/parallel.h"
 #include "system/files.h"
 #include "system/operating_system.h"
+#include "tools/gltf_psplit/commands/character_document.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/options/count_option.h"
@@ -36,6 +37,8 @@ struct GenerateArguments {
 
 const std::map<std::string, Shape> kShapes{
     {"terrain", Shape::kTerrain}, {"blob", Shape::kBlob}, {"gyroid", Shape::kGyroid}, {"scene", Shape::kScene}};
+
+const std::string kCharacter = "character";
 
 constexpr double kSpacing = 2.5;  // shapes are about two units wide
 
@@ -152,9 +155,35 @@ Status generate_ply(const GenerateArguments& arguments, const Session& session) 
   return {};
 }
 
+Status write_generated(const GenerateArguments& arguments, const Document& document, const Session& session) {
+  WriteOptions write;
+  write.replace_read_only = session.force;
+  return write_document(document, arguments.output, write).at({.file = arguments.output});
+}
+
+Status generate_character_asset(const GenerateArguments& arguments, const Session& session) {
+  const Expected<Character> character = [&] {
+    const ProgressBar bar("generating", session.log);
+    return generate_character(arguments.options.faces, arguments.options.seed, session.pool);
+  }();
+  if (!character) return character.status();
+  Document document = character_document(*character);
+  document.json()["meshes"][0]["name"] = arguments.shape;
+  if (Status status = write_generated(arguments, document, session); !status.ok()) return status;
+  log_generated(arguments, character->mesh.faces.size(), character->mesh.point_count, session.log);
+  return {};
+}
+
 Status run_generate(GenerateArguments arguments, const Session& session) {
+  const bool is_ply = lower_extension(arguments.output) == ".ply";
+  if (arguments.shape == kCharacter) {
+    if (is_ply)
+      return wrong_usage("a .ply file holds no skin and no morph targets: write a .glb or .gltf file");
+    if (Status status = check_output_path(arguments.output, session.force, ".ply"); !status.ok()) return status;
+    return generate_character_asset(arguments, session);
+  }
   arguments.options.shape = kShapes.at(arguments.shape);
-  if (lower_extension(arguments.output) == ".ply") return generate_ply(arguments, session);
+  if (is_ply) return generate_ply(arguments, session);
   if (Status status = check_output_path(arguments.output, session.force, ".ply"); !status.ok()) return status;
   const Expected<std::vector<Mesh>> meshes = [&] {
     const ProgressBar bar("generating", session.log);
@@ -171,10 +200,7 @@ Status run_generate(GenerateArguments arguments, const Session& session) {
     faces += (*meshes)[i].faces.size();
     points += (*meshes)[i].point_count;
   }
-  WriteOptions write;
-  write.replace_read_only = session.force;
-  if (Status status = write_document(document, arguments.output, write); !status.ok())
-    return std::move(status).at({.file = arguments.output});
+  if (Status status = write_generated(arguments, document, session); !status.ok()) return status;
   log_generated(arguments, faces, points, session.log);
   return {};
 }
@@ -193,23 +219,28 @@ void add_generate_command(CLI::App& app, Action& action) {
       "writes a GLB to stdout")
       ->required();
   add_choice_option(
-      command, "--shape", arguments->shape, {"terrain", "blob", "gyroid", "scene"},
+      command, "--shape", arguments->shape, {"terrain", "blob", "gyroid", "scene", kCharacter},
       "terrain: an open sheet; blob: a bumpy ball; gyroid: a solid of high genus; scene: six objects "
-      "of different sizes");
+      "of different sizes; character: a body with seams, a skin, morph targets and an animation. Not for a "
+      ".ply");
   add_count_option(command, "--faces", arguments->options.faces,
                    "The approximate number of faces, for example 250000, 250k, 1.5M or 1e6");
   command
       .add_option("--seed", arguments->options.seed, "A number that selects one of many samples of the shape")
       ->capture_default_str()
       ->type_name("S");
-  command.add_flag("--normals", arguments->options.normals, "Add normals");
-  command.add_flag("--texcoords", arguments->options.texcoords,
-                   "Add texture coordinates, in several charts with seams. Not for a .ply");
-  add_examples(command,
-               {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a ball of a million faces"},
-                {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb",
-                 "encode without a file in between"},
-                {"gltf-psplit generate scan.ply --faces 100M", "a mesh of 1.9 GB, in little memory"}});
+  command.add_flag("--normals", arguments->options.normals, "Add normals. A character always has them");
+  command.add_flag(
+      "--texcoords", arguments->options.texcoords,
+      "Add texture coordinates, in several charts with seams. Not for a .ply. A character always has "
+      "them");
+  add_examples(
+      command,
+      {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a ball of a million faces"},
+       {"gltf-psplit generate hero.glb --shape character --faces 30k", "a character as games have them"},
+       {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb",
+        "encode without a file in between"},
+       {"gltf-psplit generate scan.ply --faces 100M", "a mesh of 1.9 GB, in little memory"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_generate(*arguments, session); };
   });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "gltf_ext/convert/sparse_targets.h"
 #include "gltf_ext/document/image_bytes.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
@@ -18,6 +19,7 @@ AssetParts measure_parts(const Document& document, std::span<const PrimitiveId> 
   for (const BufferRecord& buffer : document.records().buffers) all += buffer.bytes;
   // Accessors may overlap.
   parts.rest = all - std::min(all, parts.meshes + parts.textures);
+  parts.morph_targets = count_targets(document).all;
   return parts;
 }
 

@@ -15,6 +15,7 @@ struct AssetParts {
   uint64_t textures = 0;        // images as they are stored: PNG, JPEG, KTX ...
   uint64_t rest = 0;            // JSON, animations, skins, morph targets, other primitives, padding
   uint64_t missing_images = 0;  // number of images without a file; their bytes are unknown
+  uint64_t morph_targets = 0;   // number of their attributes; plain in `rest`
 
   uint64_t total() const { return with_meshes(meshes); }
   // The total if the meshes took `bytes` bytes.

@@ -188,20 +188,27 @@ std::vector<Contender> make_contenders(const Encoded& encoded, const Comparison&
                                        const DecodeBackend& stock_backend, const ThreadPool& one,
                                        std::vector<std::vector<StageTimes>>& stage_rounds) {
   std::vector<Contender> contenders;
-  for (const std::vector<EncodedMesh>& stock : encoded.stock)
-    contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend, one); }});
+  for (size_t i = 0; i < encoded.stock.size(); ++i)
+    contenders.push_back(
+        {"stock Draco",
+         [&stock = encoded.stock[i], &stock_backend, &one] { return decode_stock(stock, stock_backend, one); },
+         comparison.stock_speeds[i].speed == comparison.stock.speed});
   for (const MeshoptForm form : meshopt_forms())
-    contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});
+    contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); },
+                          form == MeshoptForm::kZstd});
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
     for (const DecodeBackend& backend : backends)
       for (const auto& decode_pool : pools)
         contenders.push_back({counted(comparison.splits[i].summary.patches, "patch"),
                               [&split = encoded.splits[i], &backend, &threads = *decode_pool] {
                                 return decode_split(split, backend, threads);
-                              }});
-    contenders.push_back({"stages", [&split = encoded.splits[i], &rounds = stage_rounds[i]] {
+                              },
+                              is_own(backend) || backends.size() == 1});
+    contenders.push_back({"stages",
+                          [&split = encoded.splits[i], &rounds = stage_rounds[i]] {
                             return decode_stages(split, rounds.emplace_back());
-                          }});
+                          },
+                          false});
   }
   return contenders;
 }
@@ -259,9 +266,10 @@ Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const Compa
   std::vector<std::vector<StageTimes>> stage_rounds(encoded.splits.size());
   const std::vector<Contender> contenders =
       make_contenders(encoded, comparison, backends, pools, stock_backend, one, stage_rounds);
-  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
-  if (!timings) return timings.status();
-  fill_timings(*timings, options, backends, stage_rounds, comparison);
+  const Expected<Measured> measured = measure_interleaved(contenders, options.rounds, progress);
+  if (!measured) return measured.status();
+  comparison.rounds = measured->rounds;
+  fill_timings(measured->timings, options, backends, stage_rounds, comparison);
   return comparison;
 }
 

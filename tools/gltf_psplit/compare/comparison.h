@@ -24,7 +24,7 @@ struct ComparisonOptions {
   std::vector<PatchRule> rules;             // one row of patches for each
   std::vector<int> thread_counts;           // for decoding patches
   std::vector<int> stock_speeds{0, 5, 10};  // in addition to coding.encode_speed
-  int repeat = 5;
+  Rounds rounds;
   // Precision and speed, the same for patches and for stock Draco; how patches are cut.
   EncodeDocumentOptions coding;
 };
@@ -76,7 +76,12 @@ struct Comparison {
   MeshoptRow meshopt, meshopt_plain;         // with zstd, and without
   std::optional<MeshoptRow> meshopt_brotli;  // with brotli, if this build has it
   std::vector<SplitRow> splits;
+  int rounds = 0;  // that were timed
 };
+
+// Whether the decoder of a DecodeBackend or of a DecodeRow is psplit's own.
+inline bool is_own(const DecodeBackend& backend) { return backend.name != "draco"; }
+inline bool is_own(const DecodeRow& row) { return row.backend != "draco"; }
 
 // `coding` with the rule's patches.
 EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule);

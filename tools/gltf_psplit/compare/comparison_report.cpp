@@ -65,6 +65,7 @@ Json asset_json(const ComparisonReport& report, const ComparisonSummary& summary
           {"texture_bytes", parts.textures},
           {"other_bytes", parts.rest},
           {"missing_images", parts.missing_images},
+          {"morph_targets", parts.morph_targets},
           {"bytes_with_stock", parts.with_meshes(report.comparison.stock.bytes)},
           {"bytes_with_patches",
            summary.has_recommendation ? Json(parts.with_meshes(summary.recommended_bytes)) : Json()}};
@@ -77,7 +78,11 @@ std::string asset_text(const ComparisonReport& report, const ComparisonSummary& 
          with_separators(parts.with_meshes(report.comparison.stock.bytes)) + " with stock Draco, " +
          with_separators(parts.with_meshes(summary.recommended_bytes)) + " in " +
          counted(summary.recommended_patches, "patch") + "; " + with_separators(parts.textures) +
-         " of each are textures.";
+         " of each are textures." +
+         (parts.morph_targets == 0
+              ? ""
+              : " Morph targets are plain in each: " + counted(parts.morph_targets, "attribute") +
+                    ", which `encode` stores in patches.");
 }
 
 std::string wrapped(const std::string& text) { return wrap_text(text, kTableWidth, 0) + "\n"; }
@@ -155,13 +160,14 @@ std::string codecs_text(const ComparisonReport& report, bool wide) {
   return table.to_string();
 }
 
-std::string settings_text(const ComparisonOptions& options) {
-  const EncodeDocumentOptions& coding = options.coding;
+std::string settings_text(const ComparisonReport& report) {
+  const EncodeDocumentOptions& coding = report.options.coding;
   const std::string speed = std::to_string(coding.encode_speed);
   const std::string precision =
       coding.lossless ? "lossless" : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit");
   return "Draco speed " + speed + ", " + precision + (coding.refine ? "" : ", borders not refined") +
-         "; decode: median of " + counted(static_cast<uint64_t>(options.repeat), "interleaved round") +
+         "; decode: median of " +
+         counted(static_cast<uint64_t>(report.comparison.rounds), "interleaved round") +
          "; stock Draco and meshopt use one thread; speed-up and overhead refer to stock Draco at speed " +
          speed + "; stages of the core on one thread, without stitching";
 }
@@ -183,7 +189,7 @@ std::string machine_text(const Environment& environment) {
 
 ComparisonSummary summarize(const ComparisonReport& report) {
   return summarize_comparison(
-      report.comparison, report.input, report.options.repeat,
+      report.comparison, report.input, report.loading,
       {ComparisonFigures(report).meshopt_name(), report.environment.meshopt_codec == 0});
 }
 
@@ -199,7 +205,7 @@ Json to_json(const ComparisonReport& report) {
                         {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
                         {"color_bits", coding.color_bits},     {"generic_bits", coding.generic_bits},
                         {"lossless", coding.lossless},         {"refine", coding.refine},
-                        {"repeat", report.options.repeat}};
+                        {"repeat", comparison.rounds},         {"line_mbit", report.loading.line_mbit}};
   result["stock"] = stock_json(comparison.stock);
   result["stock_speeds"] = Json::array();
   for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
@@ -245,7 +251,7 @@ std::string to_text(const ComparisonReport& report, bool wide) {
   const Comparison& comparison = report.comparison;
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
          "\n" + summary_text(report) + "\n" + codecs_text(report, wide) + "\n" + stages_text(comparison) +
-         "\n" + wrapped(settings_text(report.options)) + wrapped(machine_text(report.environment));
+         "\n" + wrapped(settings_text(report)) + wrapped(machine_text(report.environment));
 }
 
 }  // namespace psplit

@@ -33,6 +33,7 @@ struct PatchPicture {
 struct ComparisonReport {
   std::string input;  // the name of the file, without its folder
   ComparisonOptions options;
+  LoadingModel loading;
   Comparison comparison;
   std::optional<AssetParts> asset;  // nothing if the input is compressed already
   Environment environment;

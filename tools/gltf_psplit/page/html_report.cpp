@@ -115,7 +115,7 @@ std::string setting(const ComparisonReport& report) {
                                     std::to_string(coding.color_bits) + ", other floats " +
                                     std::to_string(coding.generic_bits));
   if (!coding.refine) add("Borders", "not refined");
-  add("Rounds", std::to_string(report.options.repeat) + ", after one untimed round");
+  add("Rounds", std::to_string(report.comparison.rounds) + ", after one untimed round");
   list += "</dl>\n";
   std::string picture;
   if (!report.picture.png.empty()) {

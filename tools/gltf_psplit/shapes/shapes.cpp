@@ -8,18 +8,18 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "tools/gltf_psplit/shapes/attributes.h"
+#include "tools/gltf_psplit/shapes/charts.h"
 #include "tools/gltf_psplit/shapes/fields.h"
-#include "tools/gltf_psplit/shapes/isosurface.h"
+#include "tools/gltf_psplit/shapes/sized_surface.h"
 
 namespace psplit {
 namespace {
 
 constexpr uint64_t kMinFaces = 8, kMaxFaces = 1'000'000'000;
-constexpr double kCloseEnough = 0.019;
 
 struct Part {
   FieldKind kind;
@@ -32,72 +32,22 @@ constexpr Part kScene[] = {
     {FieldKind::kBlob, 0.16, {1.7, 1.8, 1.4}, 1.2},   {FieldKind::kRing, 0.10, {1.6, 1.2, -1.9}, 0.8},
     {FieldKind::kBlob, 0.045, {-1.9, 1.1, 1.9}, 0.5}, {FieldKind::kPebbles, 0.015, {0, 1.4, 0.2}, 0.4}};
 
-// Keeps the first 14 bits. The last bits of std::pow differ between machines, and the whole mesh depends on the
-// cell.
-double drop_last_bits(double value) {
-  int exponent = 0;
-  const double mantissa = std::frexp(value, &exponent);
-  return std::ldexp(std::round(mantissa * 16384), exponent - 14);
-}
-
-// The number of faces is proportional to the inverse square of the cell. Two coarse attempts determine the cell
-// for the requested number. `count_faces` extracts the surface for a cell; the last cell may not be the result.
-Expected<double> find_cell(uint64_t faces, const std::function<Expected<uint64_t>(double cell)>& count_faces) {
-  constexpr double kCoarseFaces = 5000;
-  const auto wanted = static_cast<double>(faces);
-  const auto target = [&](int attempt) {
-    const double part = attempt == 0 ? wanted / 64 : attempt == 1 ? wanted / 8 : wanted;
-    return std::clamp(part, std::min(wanted, kCoarseFaces), wanted);
-  };
-  double cell = std::sqrt(40 / target(0));
-  double best = 0, best_miss = HUGE_VAL;
-  for (int attempt = 0; attempt < 16 && best_miss > kCloseEnough; ++attempt) {
-    const Expected<uint64_t> count = count_faces(cell);
-    if (!count) return count.status();
-    if (*count == 0) {
-      cell *= 0.7;
-      continue;
-    }
-    const auto found = static_cast<double>(*count);
-    const double miss = std::fabs(found - wanted) / wanted;
-    if (miss < best_miss) {
-      best = cell;
-      best_miss = miss;
-    }
-    // For small meshes the count jumps as the cell shrinks. Shorter steps later on stop it from oscillating.
-    cell = drop_last_bits(cell * std::pow(found / target(attempt + 1), attempt < 6 ? 0.5 : 0.3));
-  }
-  if (best == 0) return runtime_failure("the shape has no faces");
-  return best;
-}
-
-// ---- Texture coordinates in several charts, with seams between them.
-
-// The vertex of the surface and the texture coordinates of each point. Points 0 ... vertices - 1 are the
-// vertices themselves. A vertex on a seam has another point at the end for each further chart.
-struct ChartedPoints {
-  std::vector<uint32_t> vertex;
-  std::vector<std::array<float, 2>> texcoords;
-};
-
-constexpr uint8_t kNoChart = 255;
-
-struct Projection {
-  bool closed;
-  Vec3 low, high;  // bounds of the surface, which may extend a little beyond the field's box
-
+// A closed surface gets six charts, one for each side of a box; a face belongs to the side that its centre is
+// nearest to in direction. An open surface gets 3 x 2 tiles.
+class Projection : public Atlas {
+ public:
   Projection(const Surface& surface, const Field& field)
-      : closed(field.closed), low(field.high), high(field.low) {
+      : closed_(field.closed), low_(field.high), high_(field.low) {
     for (const auto& [x, y, z] : surface.positions) {
-      low = {std::min<double>(low.x, x), std::min<double>(low.y, y), std::min<double>(low.z, z)};
-      high = {std::max<double>(high.x, x), std::max<double>(high.y, y), std::max<double>(high.z, z)};
+      low_ = {std::min<double>(low_.x, x), std::min<double>(low_.y, y), std::min<double>(low_.z, z)};
+      high_ = {std::max<double>(high_.x, x), std::max<double>(high_.y, y), std::max<double>(high_.z, z)};
     }
   }
 
-  uint8_t chart(Vec3 p) const {
-    const Vec3 d = p - (low + high) * 0.5;
-    if (!closed) {
-      const double third = (high.x - low.x) / 6;
+  uint8_t chart(Vec3 p) const override {
+    const Vec3 d = p - (low_ + high_) * 0.5;
+    if (!closed_) {
+      const double third = (high_.x - low_.x) / 6;
       const uint8_t column = d.x < -third ? 0 : d.x < third ? 1 : 2;
       return static_cast<uint8_t>(column + (d.z < 0 ? 0 : 3));
     }
@@ -108,114 +58,23 @@ struct Projection {
   }
 
   // Each chart is one side of the box, shrunk a little, in one cell of a 3 x 2 atlas.
-  std::array<float, 2> texcoord(uint8_t chart_index, const std::array<float, 3>& p) const {
+  std::array<float, 2> texcoord(uint8_t chart_index, const std::array<float, 3>& p) const override {
     const auto part = [](double value, double from, double to) {
       return 0.02 + 0.96 * (value - from) / (to - from);
     };
-    const double x = part(p[0], low.x, high.x);
-    const double y = part(p[1], low.y, high.y);
-    const double z = part(p[2], low.z, high.z);
-    const int side = closed ? chart_index / 2 : 1;
+    const double x = part(p[0], low_.x, high_.x);
+    const double y = part(p[1], low_.y, high_.y);
+    const double z = part(p[2], low_.z, high_.z);
+    const int side = closed_ ? chart_index / 2 : 1;
     const double u = side == 0 ? z : x;
     const double v = side == 1 ? z : y;
     return {static_cast<float>((chart_index % 3 + u) / 3), static_cast<float>((chart_index / 3 + v) / 2)};
   }
+
+ private:
+  bool closed_;
+  Vec3 low_, high_;  // bounds of the surface, which may extend a little beyond the field's box
 };
-
-// A closed surface gets six charts, one for each side of a box; a face belongs to the side that its centre is
-// nearest to in direction. An open surface gets 3 x 2 tiles. Rewrites the surface's faces from vertices to
-// points.
-ChartedPoints unfold(Surface& surface, const Field& field) {
-  const Projection projection(surface, field);
-  const auto vertex_count = static_cast<uint32_t>(surface.positions.size());
-  std::vector<uint8_t> first_chart(vertex_count, kNoChart);
-  std::unordered_map<uint64_t, uint32_t> seam_points;
-  ChartedPoints points;
-  points.vertex.resize(vertex_count);
-  points.texcoords.resize(vertex_count);
-  for (std::array<uint32_t, 3>& face : surface.faces) {
-    Vec3 sum;
-    for (const uint32_t vertex : face) {
-      const std::array<float, 3>& p = surface.positions[vertex];
-      sum = sum + Vec3{p[0], p[1], p[2]};
-    }
-    const uint8_t chart = projection.chart(sum * (1.0 / 3));
-    for (uint32_t& corner : face) {
-      const uint32_t vertex = corner;
-      if (first_chart[vertex] == chart) continue;
-      const std::array<float, 2> texcoord = projection.texcoord(chart, surface.positions[vertex]);
-      if (first_chart[vertex] == kNoChart) {
-        first_chart[vertex] = chart;
-        points.vertex[vertex] = vertex;
-        points.texcoords[vertex] = texcoord;
-        continue;
-      }
-      const auto next = static_cast<uint32_t>(points.vertex.size());
-      const auto [entry, is_new] = seam_points.try_emplace(uint64_t{vertex} * 8 + chart, next);
-      if (is_new) {
-        points.vertex.push_back(vertex);
-        points.texcoords.push_back(texcoord);
-      }
-      corner = entry->second;
-    }
-  }
-  return points;
-}
-
-// ---- Surfaces of a wanted size, and their meshes.
-
-struct SizedSurface {
-  double cell = 0;
-  Surface surface;
-};
-
-Expected<SizedSurface> extract_about(const Field& field, uint64_t faces, uint64_t seed,
-                                     const ThreadPool& pool) {
-  SizedSurface result;
-  const auto extract = [&](double cell) -> Expected<uint64_t> {
-    result = {cell, {}};
-    Surface& surface = result.surface;
-    const auto append = [&](Surface&& slab) -> Status {
-      surface.positions.insert(surface.positions.end(), slab.positions.begin(), slab.positions.end());
-      surface.faces.insert(surface.faces.end(), slab.faces.begin(), slab.faces.end());
-      return {};
-    };
-    if (Status status = stream_surface(field, cell, seed, pool, append); !status.ok()) return status;
-    return surface.faces.size();
-  };
-  const Expected<double> cell = find_cell(faces, extract);
-  if (!cell) return cell.status();
-  if (result.cell != *cell)
-    if (const Expected<uint64_t> again = extract(*cell); !again) return again.status();
-  return result;
-}
-
-Attribute make_attribute(const char* semantic, uint8_t component_count, size_t point_count) {
-  Attribute attribute;
-  attribute.semantic = semantic;
-  attribute.component_count = component_count;
-  attribute.values.resize(point_count * attribute.stride());
-  return attribute;
-}
-
-template <size_t kCount>
-void store(Attribute& attribute, size_t point, const std::array<float, kCount>& value) {
-  std::memcpy(attribute.values.data() + point * sizeof(value), value.data(), sizeof(value));
-}
-
-// The direction in which the field grows, from central differences over `step` on each side.
-std::array<float, 3> normal_at(const Field& field, const std::array<float, 3>& position, double step) {
-  const Vec3 p = {position[0], position[1], position[2]};
-  constexpr double kEverywhere = 1e9;
-  const auto along = [&](Vec3 axis) {
-    return field.at(p + axis, kEverywhere) - field.at(p - axis, kEverywhere);
-  };
-  const Vec3 gradient = {along({step, 0, 0}), along({0, step, 0}), along({0, 0, step})};
-  const double size = length(gradient);
-  if (!(size > 0)) return {0, 1, 0};
-  return {static_cast<float>(gradient.x / size), static_cast<float>(gradient.y / size),
-          static_cast<float>(gradient.z / size)};
-}
 
 std::vector<std::array<float, 3>> normals_of(std::span<const std::array<float, 3>> positions,
                                              const Field& field, double cell, const ThreadPool& pool) {
@@ -234,7 +93,7 @@ Expected<Mesh> make_mesh(const Part& part, uint64_t seed, uint64_t faces, const 
   if (!extracted) return extracted.status();
   Surface& surface = extracted->surface;
   ChartedPoints points;
-  if (options.texcoords) points = unfold(surface, *field);
+  if (options.texcoords) points = unfold(surface, Projection(surface, *field));
 
   Mesh mesh;
   const size_t vertex_count = surface.positions.size();
@@ -265,11 +124,6 @@ Expected<Mesh> make_mesh(const Part& part, uint64_t seed, uint64_t faces, const 
   return mesh;
 }
 
-Status check_face_count(uint64_t faces) {
-  if (faces >= kMinFaces && faces <= kMaxFaces) return {};
-  return wrong_usage("the number of faces must be from 8 to 1,000,000,000");
-}
-
 // Not for kScene.
 FieldKind field_kind(Shape shape) {
   return shape == Shape::kTerrain ? FieldKind::kTerrain
@@ -278,6 +132,11 @@ FieldKind field_kind(Shape shape) {
 }
 
 }  // namespace
+
+Status check_face_count(uint64_t faces) {
+  if (faces >= kMinFaces && faces <= kMaxFaces) return {};
+  return wrong_usage("the number of faces must be from 8 to 1,000,000,000");
+}
 
 Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool) {
   if (Status status = check_face_count(options.faces); !status.ok()) return status;
