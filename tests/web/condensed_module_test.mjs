@@ -1,4 +1,5 @@
-// psplit_condensed.wasm is loaded when the first container of condensed patches comes, and only then. psplit.wasm decodes the rest.
+// psplit_condensed.wasm is loaded when the first container of condensed patches comes, and only then. It decodes all from then on.
+// psplit.wasm is loaded when something else comes before.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -95,6 +96,47 @@ test('a job ends while the module is being loaded', async () => {
   }
 });
 
+test('the module that decodes all comes first', async () => {
+  const asked = [], wasm = (name) => new Response(file(name), { headers: { 'Content-Type': 'application/wasm' } });
+  globalThis.fetch = async (url) => (asked.push(path.basename(url.pathname)), wasm(asked.at(-1)));
+  const at = (name) => `http://127.0.0.1/${name}`, addresses = { condensedWasm: at('psplit_condensed.wasm') }, pools = [];
+  const make_pool = (options) => (pools.push(createPool({ workers: 1, ...options })), pools.at(-1));
+  try {
+    configure(addresses);
+    await decodeContainer(condensed.bytes, condensed);
+    await Promise.all([decodeDraco(stream), decodeContainer(plain.bytes, plain), make_pool().decodeDraco(stream)]);
+    assert.deepEqual(asked.splice(0), ['psplit_condensed.wasm']);
+    // A pool that has its own.
+    const pool = make_pool(addresses);
+    await pool.ready({ condensed: true });
+    await Promise.all([pool.decodeDraco(stream), pool.decodeContainer(condensed.bytes, condensed), pool.decodeContainer(condensed.bytes, condensed)]);
+    assert.deepEqual(asked.splice(0), ['psplit_condensed.wasm']);
+    // A module that the caller named is asked first.
+    const given = make_pool({ ...addresses, wasm: at('psplit.wasm') });
+    await given.decodeContainer(condensed.bytes, condensed);
+    assert.deepEqual(asked.splice(0), ['psplit.wasm', 'psplit_condensed.wasm']);
+  } finally {
+    globalThis.fetch = fetch_before;
+    pools.forEach((pool) => pool.dispose());
+    configure();
+  }
+});
+
+test('workers start while the module is loaded', async () => {
+  let answer;
+  globalThis.fetch = () => new Promise((resolve) => (answer = resolve));
+  configure();
+  const pool = createPool({ workers: 1, condensedWasm: 'http://127.0.0.1/psplit_condensed.wasm' });
+  try {
+    const job = pool.decodeContainer(condensed.bytes, condensed);
+    while (pool.workerCount === 0) await new Promise((resolve) => setTimeout(resolve, 1));
+    answer(new Response(file('psplit_condensed.wasm'), { headers: { 'Content-Type': 'application/wasm' } }));
+    assert.ok((await job).faceCount > 0);
+  } finally {
+    globalThis.fetch = fetch_before;
+    pool.dispose();
+  }
+});
 
 page_test('a page loads it when it needs it', { files: Object.fromEntries(['patches', 'condensed'].map((name) =>
   [`/${name}.glb`, { folder: path.join(samples, `${name}.glb`) }])), script: async () => {
@@ -112,4 +154,16 @@ page_test('a page loads it when it needs it', { files: Object.fromEntries(['patc
   assert.deepEqual(wasm(), ['/psplit/psplit.wasm']);
   assert.equal(new Set(await page.evaluate(() => globalThis.load('condensed'))).size, 1);
   assert.deepEqual(wasm(), ['/psplit/psplit.wasm', '/psplit/psplit_condensed.wasm']);
+});
+
+page_test('a page of condensed patches loads one module', { files: { '/condensed.glb': { folder: path.join(samples, 'condensed.glb') } },
+  script: async () => {
+    const { createPool, decodeDraco } = await import('/psplit/index.js'), pool = createPool({ workers: 2 });
+    const { primitives: [{ faceCount }] } = await pool.decodeUrl('/condensed.glb'), none = new Uint8Array(12);
+    return [faceCount, ...await Promise.all([decodeDraco(none), pool.decodeDraco(none)].map((job) => job.catch(({ code }) => code)))];
+  } }, async ({ result, site }) => {
+  const [face_count, ...codes] = await result;
+  assert.ok(face_count > 0);
+  assert.deepEqual(codes, ['invalid-input', 'invalid-input']);
+  assert.deepEqual(site.requests.filter((url) => url.endsWith('.wasm')), ['/psplit/psplit_condensed.wasm']);
 });

@@ -59,7 +59,8 @@ for (const shared of [false, true])
 const mute = () => new Worker('require("node:worker_threads").parentPort.on("message", () => {})', { eval: true });
 // A worker that is up, and then never answers: like one with work without end.
 const stuck = () => new Worker(`const { parentPort } = require('node:worker_threads');
-  parentPort.on('message', ({ module }) => module && parentPort.postMessage({ is_up: true }));`, { eval: true });
+  parentPort.on('message', () => {});
+  parentPort.postMessage({ is_up: true });`, { eval: true });
 const broken = () => new Worker('throw new Error("broken")', { eval: true });
 // The first workers are real, as many as `count` says.
 async function with_workers(count, make, use) {

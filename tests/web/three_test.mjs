@@ -464,3 +464,30 @@ test('without the plugin, three warns of the extension, and its meshes are nothi
   }
   assert.ok(lines.some((line) => line.includes('Unknown extension "PSPLIT_mesh_draco_patches"')), `${lines}`);
 });
+
+test('meshes and their materials are made in the order of the file', async () => {
+  const { json, primitive } = sample('patches.glb'), indices = json.accessors[primitive.indices];
+  // The last mesh is decoded first. Without tangents, three copies a material when it makes a mesh.
+  json.materials = [0, 1, 2].map((i) => ({ name: `of ${i}` }));
+  json.accessors.push({ ...indices }, { ...indices });
+  json.meshes = [0, 1, 2].map((i) => ({ name: `mesh ${i}`, primitives: [{ ...structuredClone(primitive), material: i,
+    indices: i === 0 ? primitive.indices : json.accessors.length - i }] }));
+  json.nodes = [0, 1, 2].map((mesh) => ({ mesh }));
+  json.scenes = [{ nodes: [0, 1, 2] }];
+  json.scene = 0;
+  const finished = [];
+  let count = 0;
+  const slow = { decodeContainer: async (...args) => {
+    const place = count++, mesh = await pool.decodeContainer(...args);
+    await new Promise((resolve) => setTimeout(resolve, 100 * (2 - place)));
+    finished.push(place);
+    return mesh;
+  } };
+  const loader = new GLTFLoader();
+  loader.register((parser) => new PsplitPlugin(parser, { pool: slow }));
+  const { scene } = await loader.parseAsync(JSON.stringify(json), ''), materials = [];
+  scene.traverse((object) => object.isMesh && materials.push(object.material));
+  assert.deepEqual(finished, [2, 1, 0]);
+  assert.equal(materials.length, 3);
+  assert.ok(materials[0].id < materials[1].id && materials[1].id < materials[2].id, materials.map(({ id }) => id).join());
+});

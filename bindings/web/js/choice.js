@@ -4,7 +4,7 @@ import { joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './contain
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
 import { front_bytes } from './head.js';
-import { Decoder } from './instance.js';
+import { decoder_of } from './instance.js';
 import { on_abort, or_abort } from './job.js';
 import { with_arrays } from './part.js';
 import { array_of } from './types.js';
@@ -176,12 +176,6 @@ export async function open_ranged(input, signal) {
   }
   const { url, body } = await fetched(response, signal);
   return { file: new ArrivingBytes(body, signal, url), url };
-}
-
-const decoders = new WeakMap();  // by module
-function decoder_of(module) {
-  if (!decoders.has(module)) decoders.set(module, new Decoder(module));
-  return decoders.get(module);
 }
 
 function checked(given, patch_count) {

@@ -36,17 +36,23 @@ async function compile(wasm, { name, file }) {
   }
 }
 
-/** A function that returns what make() promised when it was called first. A failure is not kept: the next call tries again. */
+/**
+ * A function that returns what make() promised when it was called first. A failure is not kept: the next call tries again.
+ * `has_begun` of it tells whether there is such a promise.
+ */
 export function once(make) {
   let made;
-  return () => {
+  const get = () => {
     const making = (made ??= make().catch((error) => {
       if (made === making) made = undefined;
       throw error;
     }));
     return making;
   };
+  return Object.assign(get, { has_begun: () => made !== undefined });
 }
+
+export const has_export = (module, name) => WebAssembly.Module.exports(module).some((of) => of.name === name);
 
 /**
  * Compiles a module: a module, its bytes, or its address; by default `file()`. `has` is an export by which it is known.
@@ -54,7 +60,6 @@ export function once(make) {
  */
 export async function compile_file(wasm, { name, file, has }) {
   const module = await compile(wasm, { name, file });
-  if (!WebAssembly.Module.exports(module).some((of) => of.name === has))
-    throw new PsplitError(`the WebAssembly module is not ${name}`, 'failed');
+  if (!has_export(module, has)) throw new PsplitError(`the WebAssembly module is not ${name}`, 'failed');
   return module;
 }

@@ -37,13 +37,13 @@ export async function encodePoints(points, options) {
   return encodeMesh(points, { ...options, points: true });
 }
 
-const kEncoders = { job_runner, node_worker, page_worker, does: 'encodes', worker: () => configured.worker,
-  load: (wasm) => (wasm == null ? shared_module() : compile(wasm)) };
+const kEncoders = { job_runner, node_worker, page_worker, does: 'encodes', worker: () => configured.worker };
 
 // A job of an encoder: see Task of task.js. One worker does it.
 class EncodeTask {
   members = [];
   most = 1;
+  module;
   source = undefined;
   #job;
   #transfer;
@@ -78,17 +78,20 @@ class EncodeTask {
 
 class Encoder {
   #workers;
+  #module;
 
   constructor(options) {
+    const wasm = options?.wasm;
+    this.#module = wasm == null ? () => shared_module() : once(() => compile(wasm));
     this.#workers = new Workers({ workers: 1, ...options }, kEncoders);
   }
 
   async ready() {
-    await this.#workers.load();
+    await this.#module();
   }
   async encodeMeshes(meshes, options) {
     const job = encode_job(meshes, options);
-    return this.#workers.add((id) => new EncodeTask(id, job, options ?? {}), options?.signal);
+    return this.#workers.add((id) => new EncodeTask(id, job, options ?? {}), this.#module(), options?.signal);
   }
   async encodeMesh(mesh, options) {
     return (await this.encodeMeshes([mesh], options))[0];

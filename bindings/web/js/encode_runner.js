@@ -3,17 +3,13 @@ import { buffers_of, encode_meshes } from './encode_job.js';
 import { error_to_data } from './error.js';
 
 /**
- * Returns the function that receives the encoder's messages. The first one has the compiled module.
+ * Returns the function that receives the encoder's messages. The first one has the compiled module, and all others have jobs.
  * @param {(message: object, transfer?: Transferable[]) => void} post to the encoder
  */
 export function make_runner(post) {
   let encoder;
   return ({ module, id, job }) => {
-    if (module !== undefined) {
-      encoder = module;
-      post({ is_up: true });
-      return;
-    }
+    if (module !== undefined) return void (encoder = module);
     try {
       const result = encode_meshes(encoder, job, (done, total) => post({ id, done, total }));
       post({ id, result }, buffers_of(result));

@@ -5,12 +5,12 @@ import { error_from_data, PsplitError } from './error.js';
 import { fine_mesh, fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, number_of, slot_of, stored_primitive } from './gltf.js';
 import { Decoder } from './instance.js';
 import { make_job } from './job.js';
-import { compile_module, condensed_module } from './module.js';
+import { Modules } from './module.js';
 
 /** A decoder that works on the calling thread and returns at once, because glTF-Transform reads and writes that way. */
 export async function createDecoder(options) {
   // Reading is synchronous, so no other module can be loaded when it is needed.
-  const decoder = new Decoder(await (options?.wasm == null ? condensed_module() : compile_module(options.wasm)));
+  const decoder = new Decoder(await new Modules(options?.wasm).get(options?.wasm == null));
   return { decodeContainer: (data, options) => decoder.run(make_job('container', data, options)) };
 }
 

@@ -132,8 +132,11 @@ export interface Configuration {
  */
 export function configure(options: Configuration): void;
 
-/** Loads and compiles the WebAssembly module, which otherwise happens at the first decoding. */
-export function ready(): Promise<void>;
+/**
+ * Loads and compiles the WebAssembly module, which otherwise happens at the first decoding: with `condensed` the one that also decodes
+ * condensed patches, which then decodes all.
+ */
+export function ready(options?: { condensed?: boolean }): Promise<void>;
 
 /**
  * Decodes a Draco 2.2 mesh stream on the calling thread, by default all attributes in the stored types. Results equal libdraco's
@@ -257,7 +260,7 @@ export interface DecodedFile {
 export interface Pool {
   /** The number of running workers; 0 while the calling thread decodes in their place. */
   readonly workerCount: number;
-  ready(): Promise<void>;
+  ready(options?: { condensed?: boolean }): Promise<void>;
   decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] } & JobOptions): Promise<DecodedMesh>;
   decodeContainer(data: Bytes, options?: ContainerOptions): Promise<DecodedContainer>;
   /**

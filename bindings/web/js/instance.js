@@ -205,6 +205,13 @@ export class Decoder {
   }
 }
 
+const decoders = new WeakMap();  // by module
+/** The decoder of this thread for a module. */
+export function decoder_of(module) {
+  if (!decoders.has(module)) decoders.set(module, new Decoder(module));
+  return decoders.get(module);
+}
+
 // The buffers of a result, for a transfer between threads. Shared ones need none.
 export const buffers_of = ({ indices, attributes }) =>
   [indices, ...attributes.map(({ array }) => array)].map(({ buffer }) => buffer).filter((buffer) => buffer instanceof ArrayBuffer);

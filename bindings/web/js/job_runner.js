@@ -24,28 +24,21 @@ class Inbox {
 }
 
 /**
- * Returns the function that receives the pool's messages. The first one has the compiled module.
+ * Returns the function that receives the pool's messages. Compiled modules come before the jobs that need them, which have their numbers.
  * @param {(message: object, transfer?: Transferable[]) => void} post to the pool
  */
 export function make_runner(post) {
-  let decoder, other_decoder, inbox = null;  // the other one is of jobs with `has_module`
-  return async ({ module, other_module, id, job, chunk }) => {
+  const decoders = [];
+  let inbox = null;
+  return async ({ module, module_number, id, job, chunk }) => {
     if (chunk !== undefined) return inbox?.id === id ? inbox.add(chunk) : undefined;
-    if (module !== undefined) {
-      decoder = new Decoder(module);
-      post({ is_up: true });
-      return;
-    }
-    if (other_module !== undefined) {
-      other_decoder = new Decoder(other_module);
-      return;
-    }
+    if (module !== undefined) return void decoders.push(new Decoder(module));
     try {
-      const used = job.has_module ? other_decoder : decoder;
+      const decoder = decoders[module_number];
       const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
       inbox = job.arrives ? new Inbox(id) : null;
       const is_part = job.ports !== undefined || job.arrives;
-      const result = await (is_part ? used.run_part(job, report, inbox) : used.run(job, report));
+      const result = await (is_part ? decoder.run_part(job, report, inbox) : decoder.run(job, report));
       if (result !== undefined) post({ id, result }, buffers_of(result));
     } catch (error) {
       post({ id, error: error_to_data(error) });

@@ -1,18 +1,12 @@
 // The compiled WebAssembly modules. Each is compiled once, and posted to workers.
-import { compile_file, once } from './compile.js';
+import { compile_file, has_export, once } from './compile.js';
 import { condensed_wasm_file, wasm_file } from './files.js';
-import { is_condensed } from './head.js';
 
 // An export of the modules that decode condensed patches.
 const kReadsCondensed = 'reads_condensed';
 
-/**
- * Compiles a module: a module, its bytes, or its address. By default that of configure(), or psplit.wasm beside this file.
- * @returns {Promise<WebAssembly.Module>}
- */
-export const compile_module = (wasm) =>
+const compile_module = (wasm) =>
   compile_file(wasm ?? configured.wasm, { name: 'psplit.wasm', file: wasm_file, has: 'open_container' });
-// Likewise for psplit_condensed.wasm, which also decodes condensed patches.
 const compile_condensed = (wasm) =>
   compile_file(wasm ?? configured.condensedWasm, { name: 'psplit_condensed.wasm', file: condensed_wasm_file, has: kReadsCondensed });
 
@@ -20,26 +14,40 @@ const compile_condensed = (wasm) =>
 export const configured = { wasm: undefined, condensedWasm: undefined, worker: undefined };
 
 // The default modules.
-let shared = once(() => compile_module()), condensed = once(() => compile_condensed());
-export const shared_module = () => shared();
-export const condensed_module = () => condensed();
-
+let shared_plain, shared_condensed;
 export function configure(options) {
   const { wasm, condensedWasm, worker } = options ?? {};
   Object.assign(configured, { wasm, condensedWasm, worker });
-  shared = once(() => compile_module());
-  condensed = once(() => compile_condensed());
+  shared_plain = once(() => compile_module());
+  shared_condensed = once(() => compile_condensed());
 }
+configure();
 
 /**
- * What decodes a container: the module that there is, or psplit_condensed.wasm if it needs that.
- * @param {Uint8Array} front the container's bytes to the first of its head, or more
- * @param {WebAssembly.Module} module
- * @param {*} [wasm] a module that reads condensed patches, its bytes, or its address, if it is not the default one
- * @returns {Promise<WebAssembly.Module>}
+ * The modules of a pool: psplit.wasm, and psplit_condensed.wasm, which decodes all. Each is loaded when it is needed, and neither beside
+ * the other if that one will do.
  */
-export async function module_for(front, module, wasm) {
-  const reads_all = () => WebAssembly.Module.exports(module).some(({ name }) => name === kReadsCondensed);
-  if (!is_condensed(front) || reads_all()) return module;
-  return wasm == null ? condensed() : compile_condensed(wasm);
+export class Modules {
+  #own_plain = null;
+  #own_condensed = null;
+
+  /** Modules, their bytes, or their addresses. By default those of configure(), or the files beside this one. */
+  constructor(wasm, condensed_wasm) {
+    if (wasm != null) this.#own_plain = once(() => compile_module(wasm));
+    if (condensed_wasm != null) this.#own_condensed = once(() => compile_condensed(condensed_wasm));
+  }
+
+  /**
+   * What decodes Draco streams and patches of them, and if it `reads_condensed` also condensed patches. A module that the caller named
+   * may do so as well.
+   * @returns {Promise<WebAssembly.Module>}
+   */
+  async get(reads_condensed) {
+    const plain = this.#own_plain ?? shared_plain, condensed = this.#own_condensed ?? shared_condensed;
+    const may_be_all = this.#own_plain !== null || configured.wasm != null || wasm_file === condensed_wasm_file;
+    if (!reads_condensed) return may_be_all || !condensed.has_begun() ? plain() : condensed().catch(plain);
+    const module = may_be_all ? await plain() : null;
+    return module !== null && has_export(module, kReadsCondensed) ? module : condensed();
+  }
 }
+export const shared_modules = new Modules();

@@ -5,15 +5,14 @@ import { PsplitError } from './error.js';
 import { choice, job_runner, node_worker, page_worker } from './files.js';
 import { head_begin, is_condensed, kHeaderBytes } from './head.js';
 import { make_job, or_abort, signal_of } from './job.js';
-import { compile_module, configured, module_for, shared_module } from './module.js';
+import { configured, Modules } from './module.js';
 import { Task } from './task.js';
 import { Workers } from './workers.js';
 
 // A container of which this is all has so few patches that it is decoded when it is whole.
 const kLeastBytes = 16384;
 
-const kDecoders = { job_runner, node_worker, page_worker, does: 'decodes', worker: () => configured.worker,
-  load: (wasm) => (wasm == null ? shared_module() : compile_module(wasm)) };
+const kDecoders = { job_runner, node_worker, page_worker, does: 'decodes', worker: () => configured.worker };
 
 // The first bytes of a container that arrives, to the first of its head.
 async function front_of(source) {
@@ -25,11 +24,11 @@ async function front_of(source) {
 
 class Pool {
   #workers;
-  #condensed_wasm;
-  #loading = new Set();  // functions that end jobs which wait for psplit_condensed.wasm
+  #modules;
+  #loading = new Set();  // functions that end what waits for a module to choose patches
 
   constructor(options) {
-    this.#condensed_wasm = options?.condensedWasm;
+    this.#modules = new Modules(options?.wasm, options?.condensedWasm);
     this.#workers = new Workers(options, kDecoders);
   }
 
@@ -37,8 +36,12 @@ class Pool {
     return this.#workers.count;
   }
 
-  async ready() {
-    await this.#workers.load();
+  async ready(options) {
+    await this.#modules.get(options?.condensed === true);
+  }
+  // Starts workers for so many containers that will come.
+  begin(count) {
+    this.#workers.begin(count);
   }
   async decodeDraco(data, options) {
     return this.#add(make_job('draco', data, options), options ?? {});
@@ -58,9 +61,11 @@ class Pool {
   async #decode_stream(stream, options, chosen) {
     const job = make_job('container', new Uint8Array(), options), { signal, end } = signal_of(options.signal);
     try {
-      const source = new ArrivingBytes(stream, signal);
+      this.#workers.begin(1);
+      const source = new ArrivingBytes(stream, signal), module = this.#modules.get(is_condensed(await front_of(source)));
+      module.catch(() => {});  // the task tells
       if (chosen === undefined) await source.until(kLeastBytes);
-      return await this.#add({ ...job, source, chosen }, options, await front_of(source));
+      return await this.#add({ ...job, source, chosen }, options, module);
     } finally {
       end();  // after an error, the stream
     }
@@ -89,7 +94,9 @@ class Pool {
         const sum = (name) => counts.reduce((all, of) => all + of[name], 0);
         onProgress(sum('done'), sum('total'));
       };
-      const primitives = await Promise.all(asset.containers().map(async (container, i) => {
+      const containers = asset.containers();
+      this.#workers.begin(containers.length);
+      const primitives = await Promise.all(containers.map(async (container, i) => {
         const { view, attributes, uses: [place] } = container;
         const mesh = await this.decodeView(asset, view, { ...rest, ...(attributes && { attributes }), signal, choose, place,
           check: (of) => asset.check(container, of),
@@ -113,17 +120,16 @@ class Pool {
     const { signal, end } = signal_of(outer);
     this.#loading.add(end);
     try {
-      return await or_abort(this.#workers.load().then((module) => module_for(front, module, this.#condensed_wasm)), signal);
+      return await or_abort(this.#modules.get(is_condensed(front)), signal);
     } finally {
       this.#loading.delete(end);
       end();
     }
   }
-  // `front`: the container's first bytes.
-  async #add(job, options, front = job.bytes) {
-    const task = new Task(job, options);
-    if (job.kind === 'container' && is_condensed(front)) task.module = await this.#module_for(front, options.signal);
-    return this.#workers.add((id) => Object.assign(task, { id }), options.signal);
+  // `module`: a promise of what decodes it, if its bytes arrive.
+  async #add(job, options, module) {
+    const task = new Task(job, options), loading = module ?? this.#modules.get(job.kind === 'container' && is_condensed(job.bytes));
+    return this.#workers.add((id) => Object.assign(task, { id }), loading, options.signal);
   }
 }
 

@@ -13,7 +13,7 @@ const stream_count_of = (bytes) =>
 
 export class Task {
   members = [];  // the pool's workers that have it
-  module;        // what decodes it, if it is not the pool's own module
+  module;        // what decodes it, when that is loaded
   #job;
   #byte_count;  // at first
   #workers;
@@ -59,8 +59,7 @@ export class Task {
   // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before. Bytes
   // that arrive are not in the message.
   messages(part_count, can_share) {
-    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes, source, ...given } = this.#job;
-    const rest = { ...given, has_module: this.module !== undefined };
+    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes, source, ...rest } = this.#job;
     if (bytes.length !== this.#byte_count) throw new PsplitError("the data's buffer was transferred elsewhere", 'invalid-input');
     const parts = this.#on_part !== undefined, reports = parts || this.#on_progress !== undefined;
     if (source !== undefined) return [[{ id: this.id, job: { ...rest, reports, parts, arrives: true } }, []]];

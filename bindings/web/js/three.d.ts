@@ -51,6 +51,14 @@ export interface PsplitPluginOptions {
    * a DRACOLoader. Bitstreams older than 2.2 need three's DRACOLoader, here or as a PsplitDracoLoader's `fallback`.
    */
   dracoLoader?: Loader<BufferGeometry> | false;
+  /**
+   * A WebGPURenderer of three, with which the meshes will be drawn: containers are decoded by shaders on its device, and the geometries have
+   * the buffers that these write, without a copy. Only the renderer can read them (`renderer.getArrayBufferAsync(attribute)`): the arrays
+   * of the attributes are empty, so raycasting, and cloning or merging geometries, do not work. Skinned meshes, morph targets, chosen
+   * patches and containers that the shaders do not decode, and all if the renderer has no WebGPU, are decoded as without this option;
+   * `patchesOf` says which way a mesh took, and why. Meshes that the GPU decodes arrive whole.
+   */
+  gpu?: { readonly backend: object; init?(): Promise<unknown> } | null;
   /** The name of the file, for errors. By default the loader's path, which lacks the name of a GLB. */
   file?: string;
 }
@@ -61,6 +69,10 @@ export interface PatchFacts extends ChosenPatches {
   bytes: number;
   patchCount: number;
   hasResidue: boolean;
+  /** What decoded the mesh. */
+  way: 'gpu' | 'wasm';
+  /** Why the GPU did not, with the option `gpu`. */
+  why?: string;
   /** Whether patches share tables; otherwise each is a Draco stream. */
   isCondensed: boolean;
   faceCount: number;
@@ -85,6 +97,8 @@ export class PsplitPlugin implements GLTFLoaderPlugin {
   /** The patches of a mesh of the result; null if it was not made of patches, or is not yet whole. */
   patchesOf(mesh: Object3D): PatchFacts | null;
   beforeRoot(): Promise<void>;
+  loadMesh(index: number): null;
+  extendMaterialParams(): Promise<void>;
   loadBufferView(index: number): Promise<ArrayBuffer> | null;
   afterRoot(gltf: object): null;
 }

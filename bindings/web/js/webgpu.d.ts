@@ -42,6 +42,11 @@ export interface GpuMesh {
   why?: string;
   faceCount: number;
   pointCount: number;
+  patchCount: number;
+  hasResidue: boolean;
+  isCondensed: boolean;
+  /** As in the result of decodeContainer. */
+  firstFaces: Uint32Array;
   /** Three point indices for each face, with the usages INDEX, STORAGE, COPY_SRC and COPY_DST. */
   indices: { buffer: Buffer; format: 'uint32'; count: number };
   attributes: GpuAttribute[];
@@ -65,6 +70,8 @@ export interface GpuDecodeOptions {
   attributes?: AttributeRequest[] | (AttributeRequest[] | undefined)[];
   /** How quantized values are written. By default `float32`. WebAssembly always writes float32. */
   as?: 'float32' | 'quantized';
+  /** Whether WebAssembly decodes what the shaders do not. By default true; otherwise such a container has an error with the code `unsupported`. */
+  wasm?: boolean;
   signal?: AbortSignal;
 }
 

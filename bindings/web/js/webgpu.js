@@ -93,16 +93,16 @@ class GpuDecoder {
   }
 
   async decode(data, options) {
-    const { attributes, as = 'float32', signal } = options ?? {};
+    const { attributes, as = 'float32', wasm = true, signal } = options ?? {};
     check_signal(signal);
     if (as !== 'float32' && as !== 'quantized') throw invalid("the option `as` is neither 'float32' nor 'quantized'");
     const is_list = Array.isArray(data), list = is_list ? data : [data];
     const is_list_of_lists = is_list && attributes?.some?.((one) => one == null || Array.isArray(one));
-    const meshes = await this.#decode_all(list, list.map((_, i) => (is_list_of_lists ? attributes[i] : attributes)), as, signal);
+    const meshes = await this.#decode_all(list, list.map((_, i) => (is_list_of_lists ? attributes[i] : attributes)), as, wasm, signal);
     return is_list ? meshes : meshes[0];
   }
 
-  async #decode_all(list, requests, as, signal) {
+  async #decode_all(list, requests, as, wasm, signal) {
     const meshes = [], jobs = [];
     let on_device = Promise.resolve(), by_wasm = on_device;
     try {
@@ -114,7 +114,7 @@ class GpuDecoder {
       for (const [i, job] of jobs.entries()) {
         // Of several containers, a broken one is not the others' failure.
         const failure = (error) => (jobs.length > 1 && error.code !== 'aborted' ? error : Promise.reject(error));
-        meshes[i] ??= await or_abort(by_wasm = this.#decode_by_wasm(job), signal).catch(failure);
+        meshes[i] ??= await or_abort(by_wasm = wasm ? this.#decode_by_wasm(job) : Promise.reject(new PsplitError(job.why ?? 'there is no GPU device', 'unsupported')), signal).catch(failure);
       }
       return meshes;
     } catch (error) {
@@ -214,7 +214,7 @@ class GpuDecoder {
   }
 
   async #decode_by_wasm({ bytes, attributes, why }) {
-    const mesh = await decode_by_wasm(bytes, attributes), { faceCount, pointCount } = mesh, uploaded = [];
+    const mesh = await decode_by_wasm(bytes, attributes), { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces } = mesh, uploaded = [];
     const upload = (array, componentCount, is_index) => {
       if (this.#device === null || this.#lost !== null) return undefined;
       const width = array.BYTES_PER_ELEMENT, stride = in_words(width * componentCount);
@@ -228,7 +228,7 @@ class GpuDecoder {
       return buffer;
     };
     try {
-      const fields = { way: 'wasm', why, faceCount, pointCount, indices: { buffer: upload(mesh.indices, 3, true), format: 'uint32', count: 3 * faceCount },
+      const fields = { way: 'wasm', why, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, indices: { buffer: upload(mesh.indices, 3, true), format: 'uint32', count: 3 * faceCount },
         attributes: mesh.attributes.map(({ name, uniqueId, type, componentCount, normalized, array }) => ({ name, uniqueId, type, componentCount,
           normalized, stride: in_words(bytes_of_type(type) * componentCount), buffer: upload(array, componentCount, false) })) };
       return new GpuMesh(this.#device, fields, fields.indices.buffer === undefined ? mesh : undefined);
@@ -254,7 +254,8 @@ function mesh_of(plan, [indices, ...buffers], states) {
       Object.assign(attribute, { min: [0, 1, 2].map((k) => value(bounds + k, k)), max: [0, 1, 2].map((k) => value(bounds + 3 + k, k)) });
     return attribute;
   });
-  return { way: 'gpu', faceCount: plan.face_count, pointCount: plan.point_count, attributes,
+  return { way: 'gpu', faceCount: plan.face_count, pointCount: plan.point_count, patchCount: plan.stream_count, hasResidue: false,
+    isCondensed: false, firstFaces: plan.directory.first_faces, attributes,
     indices: { buffer: indices, format: 'uint32', count: 3 * plan.face_count } };
 }
 

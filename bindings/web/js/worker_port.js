@@ -10,8 +10,10 @@ export function serve(make_runner) {
     node_module('node:worker_threads').then(({ parentPort }) => {
       port = parentPort;
       port.on('message', receive);
+      port.postMessage({ is_up: true });
     });
   } else {
     port.onmessage = ({ data }) => receive(data);
+    port.postMessage({ is_up: true });
   }
 }

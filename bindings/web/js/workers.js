@@ -57,6 +57,7 @@ async function start_here({ job_runner }, receive) {
   const { make_runner } = await job_runner();
   let is_ended = false;
   const run = make_runner((message) => is_ended || receive(message));
+  setTimeout(() => is_ended || receive({ is_up: true }));
   return { post: (message) => setTimeout(() => is_ended || run(message)), end: () => (is_ended = true), hold() {}, let_go() {} };
 }
 
@@ -66,23 +67,22 @@ export class Workers {
   #limit;  // of workers; less than #most if no more can be started
   #is_shared;
   #idle_ms;
-  #wasm;
   #worker;
   #may_run_here;
-  #module;
   #waiting = [];
-  // { worker, is_up, is_here, task, timer, module }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  // { worker, is_up, is_here, task, timer, modules }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
+  // `modules` are those that it has.
   #members = new Set();
   #next_id = 0;
   #is_disposed = false;
 
   /**
-   * @param {object} options of createPool @param {object} kit the kind of workers: `load(wasm)` resolves to the module that
-   * they get, `worker()` returns what a caller configured, and `does` is what they do. files.js has the rest.
+   * @param {object} options of createPool @param {object} kit the kind of workers: `worker()` returns what a caller configured, and
+   * `does` is what they do. files.js has the rest.
    */
   constructor(options, kit) {
     this.#kit = kit;
-    const { workers, shared, wasm, worker, mainThread = true, idleMs = 10000 } = options ?? {};
+    const { workers, shared, worker, mainThread = true, idleMs = 10000 } = options ?? {};
     const cores = globalThis.navigator?.hardwareConcurrency ?? kDefaultWorkers;
     this.#most = this.#limit = workers ?? Math.max(1, Math.min(kDefaultWorkers, cores));
     if (!Number.isInteger(this.#most) || this.#most < 1)
@@ -90,7 +90,6 @@ export class Workers {
     const can_share = typeof SharedArrayBuffer !== 'undefined' && (is_node || globalThis.crossOriginIsolated === true);
     this.#is_shared = can_share && (shared ?? !is_node);
     this.#idle_ms = idleMs;
-    this.#wasm = wasm;
     this.#worker = worker ?? kit.worker();
     this.#may_run_here = mainThread;
   }
@@ -110,16 +109,15 @@ export class Workers {
     }
   }
 
-  load() {
-    this.#module ??= this.#kit.load(this.#wasm).catch((error) => {
-      this.#module = undefined;
-      throw error;
-    });
-    return this.#module;
+  // Starts workers before their tasks come, until there are `count` or as many as there may be.
+  begin(count) {
+    while (!this.#is_disposed && this.#members.size < Math.min(count, this.#limit)) this.#start();
   }
 
-  // Resolves to the result of the task that make_task(id) makes.
-  add(make_task, signal) {
+  // Resolves to the result of the task that make_task(id) makes, by the WebAssembly module that `loading` resolves to. Workers start at the
+  // same time as it is loaded.
+  add(make_task, loading, signal) {
+    loading.catch(() => {});  // the task tells
     return new Promise((resolve, reject) => {
       if (this.#is_disposed) return reject(new PsplitError('the pool is disposed', 'aborted'));
       check_signal(signal);
@@ -133,6 +131,10 @@ export class Workers {
       task.resolve = settle(resolve), task.reject = settle(reject);
       const let_go = on_abort(signal, abort);
       this.#waiting.push(task);
+      loading.then((module) => {
+        task.module = module;
+        this.#advance();
+      }, (error) => this.#cancel(task, error));
       // Jobs that come together share the workers.
       queueMicrotask(() => this.#advance());
     });
@@ -147,35 +149,33 @@ export class Workers {
     this.#advance();
   }
 
-  // Gives waiting tasks to idle workers, and starts workers for the others.
+  // Gives waiting tasks whose module is there to idle workers, and starts workers for the others.
   #advance() {
     while (this.#waiting.length > 0) {
       const members = [...this.#members], idle = members.filter(({ is_up, task }) => is_up && task === null);
       const starting = members.filter(({ is_up }) => !is_up).length;
       const free = idle.length + starting + Math.max(0, this.#limit - members.length);
-      const [task] = this.#waiting, count = Math.min(task.most, Math.max(1, Math.floor(free / this.#waiting.length)));
-      if (idle.length < count) {
+      const task = this.#waiting.find(({ module }) => module !== undefined);
+      const count = task && Math.min(task.most, Math.max(1, Math.floor(free / this.#waiting.length)));
+      if (task === undefined || idle.length < count) {
         const wanted = this.#waiting.reduce((sum, { most }) => sum + most, 0);
         for (let more = wanted - idle.length - starting; more > 0 && this.#members.size < this.#limit; --more) this.#start();
         return;
       }
-      this.#waiting.shift();
+      this.#waiting.splice(this.#waiting.indexOf(task), 1);
       this.#give(task, idle.slice(0, count));
     }
   }
 
   async #start(is_here = false) {
-    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined, module: undefined };
+    const member = { worker: null, is_up: false, is_here, task: null, timer: undefined, modules: [] };
     this.#members.add(member);
     try {
-      const module = this.load();  // at the same time as the worker
-      module.catch(() => {});
       const receive = (message) => this.#receive(member, message), fail = (error) => this.#fail(member, error);
       const worker = await (is_here ? start_here(this.#kit, receive) : start_worker(this.#kit, this.#worker, receive, fail));
       if (!this.#members.has(member)) return worker.end();
       member.worker = worker;
       worker.hold();
-      worker.post({ module: await module });
     } catch (error) {
       this.#fail(member, error);
     }
@@ -190,12 +190,15 @@ export class Workers {
     }
     try {
       for (const member of members) {
-        if (task.module === undefined || member.module === task.module) continue;
-        member.worker.post({ other_module: task.module });
-        member.module = task.module;
+        if (member.modules.includes(task.module)) continue;
+        member.worker.post({ module: task.module });
+        member.modules.push(task.module);
       }
       const messages = task.messages(members.length, this.#is_shared);
-      for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
+      for (let part = members.length; part-- > 0;) {
+        const [message, transfer] = messages[part], { worker, modules } = members[part];
+        worker.post({ ...message, module_number: modules.indexOf(task.module) }, transfer);
+      }
       if (task.source !== undefined) this.#feed(task, members[0]);
     } catch (error) {
       this.#cancel(task, error instanceof PsplitError ? error : new PsplitError(error.message, 'failed'));

@@ -1,9 +1,12 @@
 // A container of a glTF asset, and the synthetic accessors and buffer views that stand for its decoded arrays.
 import { PsplitError } from '../error.js';
-import { check_counts, index_type, is_all_stored, kComponentCounts, number_of, set_number, stored_primitive } from '../gltf.js';
+import { check_counts, index_type, is_all_stored, kComponentCounts, names_of, number_of, set_number, stored_primitive } from '../gltf.js';
 import { aligned_stride, copy_elements } from '../aligned.js';
 
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
+
+/** Names of attributes that skin or morph a mesh. */
+export const kOfDeformed = /^(WEIGHTS_|targets\/)/;
 
 // The numbers of the accessors that synthetic ones replace. JSON that is parsed twice has synthetic accessors already.
 const replaced = new WeakMap();
@@ -78,12 +81,14 @@ export class Container {
     this.key = JSON.stringify([bufferView, this.indices.source,
       attributes.map(({ name, uniqueId }, i) => [name, uniqueId, this.attributes[i].source]).sort()]);
     this.has_fallback = this.columns.every(({ accessor }) => accessor.bufferView !== undefined);
+    this.is_rigid = !names_of(primitive).some((name) => kOfDeformed.test(name));
     this.may_choose = true;  // patches may be left out
     this.uses = [];        // the primitives that are made of it: { mesh, primitive }
     this.done = 0;         // patches
     this.total = 0;
     this.patches = null;   // facts for users, when it is decoded
     this.buffers = null;   // a promise of the bytes of synthetic buffer views, by the view's number
+    this.why = undefined;  // the GPU did not decode it
   }
 
   get columns() {

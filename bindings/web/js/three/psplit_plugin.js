@@ -4,7 +4,7 @@
 import { PsplitError } from '../error.js';
 import { kDraco, kExtensionName, use_fine_meshes } from '../gltf.js';
 import { createPool } from '../pool.js';
-import { Container } from './container.js';
+import { Container, kOfDeformed } from './container.js';
 import { PsplitDracoLoader } from './draco_loader.js';
 import { GrowingMesh } from '../growing_mesh.js';
 import { StockDraco } from './stock_draco.js';
@@ -21,6 +21,12 @@ const until_abort = (promise, signal) => new Promise((resolve, reject) => {
   promise.then(resolve, (error) => reject(new PsplitError(error.message ?? String(error), 'failed')));
 });
 
+// A promise that make() returns when it is needed first.
+function lazily(make) {
+  let made;
+  return { then: (...use) => (made ??= make()).then(...use) };
+}
+
 // A loader may read the fallback in place of a container that it cannot decode, except if the container is invalid.
 const may_fall_back = ({ code }) => code === 'failed' || code === 'unsupported' || code === 'out-of-memory';
 
@@ -35,6 +41,8 @@ export class PsplitPlugin {
   #growing = [];            // promises of meshes that are shown patch by patch
   #running = new Set();     // the AbortControllers of containers that are being decoded
   #failure = null;          // the first one
+  #turn = null;       // while the loader asks for what a mesh has: resolves when those before it are made
+  #next_turn = null;  // the same for the next one
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
   constructor(parser, options) {
@@ -59,6 +67,10 @@ export class PsplitPlugin {
     for (const [mesh, { primitives }] of (this.#parser.json.meshes ?? []).entries())
       for (const [primitive, definition] of primitives.entries())
         if (definition.extensions?.[kExtensionName] !== undefined) this.#replace_accessors(definition, { mesh, primitive });
+    // Renderers know the bounds of rigid meshes, and need not read their points.
+    const { gpu, choose } = this.#options, all = [...this.#containers.values()], of_gpu = all.filter(({ is_rigid }) => gpu != null && choose == null && is_rigid);
+    of_gpu.forEach((container) => this.#take_accessors(container));
+    this.#pool.begin?.(all.length - of_gpu.length);
   }
 
   #take_draco() {
@@ -68,13 +80,41 @@ export class PsplitPlugin {
       const mesh = json.meshes.findIndex(({ primitives }) => primitives.includes(definition));
       const use = { mesh, primitive: json.meshes[mesh].primitives.indexOf(definition) };
       return this.#error_at(use, definition.extensions[kDraco].bufferView, error);
+    }, (decoded) => this.#in_turn(decoded));
+  }
+
+  // The accessors of a container become attributes that the GPU has, or of the decoded arrays if the GPU does not decode it.
+  #take_accessors(container) {
+    const on_gpu = lazily(() => this.#in_turn(this.#run(container, (signal) => this.#decode_on_gpu(container, signal))));
+    container.columns.forEach(({ number }, i) => this.#parser.cache.add(`accessor:${number}`,
+      lazily(() => on_gpu.then((attributes) => attributes?.[i] ?? this.#parser.loadAccessor(number)))));
+  }
+
+  // Meshes are made in the order in which the loader asks for them, with their materials: three draws what is opaque in the order of the
+  // materials' numbers. So the picture, and the time for it, do not depend on which mesh is decoded first.
+  loadMesh(mesh) {
+    const before = (this.#turn = this.#next_turn), made = Promise.resolve().then(() => {
+      this.#turn = null;  // what is asked for later must not wait: a mesh before it may need it
+      return this.#parser.getDependency('mesh', mesh);
     });
+    this.#next_turn = Promise.allSettled([before, made]);
+    return null;  // the loader itself makes it
+  }
+  // A material that the mesh is the first to have, too.
+  async extendMaterialParams() {
+    await this.#turn;
+  }
+  // Settles as the promise does, but not before the turn of the mesh that is being asked for.
+  async #in_turn(promise) {
+    const turn = this.#turn, result = await promise;
+    await turn;
+    return result;
   }
 
   loadBufferView(view) {
     const container = this.#of_view.get(view);
     if (container === undefined) return this.#arriving_view(view);
-    container.buffers ??= this.#load(container);
+    container.buffers ??= this.#in_turn(this.#load(container));
     return container.buffers.then((buffers) => buffers.get(view));
   }
 
@@ -124,7 +164,7 @@ export class PsplitPlugin {
   #load(container) {
     // The loader normalizes the weights of a skin when it makes the mesh, so they must be whole by then. Morph targets must be when
     // they are drawn first, because three makes a texture of them.
-    const is_whole = container.requests.some(({ name }) => /^(WEIGHTS_|targets\/)/.test(name));
+    const is_whole = container.requests.some(({ name }) => kOfDeformed.test(name));
     if (this.#options.patchByPatch !== true || is_whole)
       return this.#decoded(container).then((arrays) => container.buffers_of(arrays));
     const attributes = new Map();  // three's, by column
@@ -148,8 +188,13 @@ export class PsplitPlugin {
       whole.then((arrays) => (growing.has_begun ? growing.buffers : container.buffers_of(arrays)))]);
   }
 
-  // The decoded arrays, in the order of columns. If one container fails, the load fails. So the others end too.
-  async #decoded(container, growing) {
+  // The decoded arrays, in the order of columns.
+  #decoded(container, growing) {
+    return this.#run(container, (signal) => this.#decode(container, signal, growing));
+  }
+
+  // Calls use(signal). If one container fails, the load fails. So the others end too.
+  async #run(container, use) {
     const { manager } = this.#parser.options, item = this.#place_of(container.uses[0], container.view);
     const signals = [this.#options.signal, manager.abortController?.signal].filter((signal) => signal !== undefined);
     const controller = new AbortController();
@@ -158,7 +203,7 @@ export class PsplitPlugin {
     if (this.#failure !== null || signals.some(({ aborted }) => aborted)) controller.abort();
     manager.itemStart(item);
     try {
-      return await this.#decode(container, controller.signal, growing);
+      return await use(controller.signal);
     } catch (error) {
       manager.itemError(item);
       this.#failure ??= this.#error_at(container.uses[0], container.view, error);
@@ -176,14 +221,35 @@ export class PsplitPlugin {
       onProgress: (done, total) => this.#progress(container, done, total) };
     try {
       if (growing !== undefined) options.onPart = (part, counts) => this.#add(container, growing, part, counts);
-      const mesh = await this.#decode_bytes(container, options), { byteLength: bytes } = this.#parser.json.bufferViews[container.view];
+      const mesh = await this.#decode_bytes(container, options);
       container.fit(mesh);
-      const { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, chosen } = mesh;
-      container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, ...(chosen && { chosen }) };
+      this.#set_facts(container, mesh);
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
       if (!may_fall_back(error) || !container.has_fallback || growing?.has_begun === true) throw error;
       return this.#fallback(container);
+    }
+  }
+
+  #set_facts(container, { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, chosen, way = 'wasm' }) {
+    const { byteLength: bytes } = this.#parser.json.bufferViews[container.view], { why } = container;
+    container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, way, ...(why && { why }), ...(chosen && { chosen }) };
+  }
+
+  // Attributes in the order of columns; null if the arrays are to be decoded.
+  async #decode_on_gpu(container, signal) {
+    const { view } = container;
+    try {
+      const { decode_for } = await import('./gpu_attributes.js');
+      const bytes_of = () => this.#asset?.view(view) ?? until_abort(this.#parser.getDependency('bufferView', view), signal);
+      const { mesh, attributes } = await decode_for(this.#options.gpu, container, bytes_of, signal), { patchCount } = mesh;
+      this.#set_facts(container, mesh);
+      this.#progress(container, patchCount, patchCount);
+      return attributes;
+    } catch (error) {
+      if (signal.aborted) throw error;
+      container.why = error.message;
+      return null;
     }
   }
 

@@ -11,15 +11,24 @@ const kArrays = { int8: 'Int8Array', uint8: 'Uint8Array', int16: 'Int16Array', u
 export class StockDraco {
   #loader;
   #placed;
+  #in_turn;
 
-  /** @param {DRACOLoader} loader @param {(error: Error, primitive: object) => Error} placed adds the place to an error */
-  constructor(loader, placed) {
+  /**
+   * @param {DRACOLoader} loader
+   * @param {(error: Error, primitive: object) => Error} placed adds the place to an error
+   * @param {(decoded: Promise<BufferGeometry>) => Promise<BufferGeometry>} in_turn may delay it
+   */
+  constructor(loader, placed, in_turn) {
     this.#loader = loader;
     this.#placed = placed;
+    this.#in_turn = in_turn;
   }
 
   // GLTFLoader calls it.
-  async decodePrimitive(primitive, parser) {
+  decodePrimitive(primitive, parser) {
+    return this.#in_turn(this.#decode(primitive, parser));
+  }
+  async #decode(primitive, parser) {
     try {
       const { bufferView, attributes } = draco_primitive(parser.json, primitive), buffer = await parser.getDependency('bufferView', bufferView);
       const named = attributes.map((attribute) => ({ ...attribute, name: kNames[attribute.name] ?? attribute.name.toLowerCase() }));

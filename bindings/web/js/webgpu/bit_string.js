@@ -62,6 +62,15 @@ export class BitString {
   }
   number(kind) {
     const { order } = kind, ahead = this.#ahead(), zeros = ahead === 0 ? 32 : 31 - Math.clz32(ahead & -ahead);
+    const width = 2 * zeros + 1 + order;
+    if (width <= 32) {  // nearly always
+      this.#take(width);
+      const high = (1 << zeros) - 1 + ((ahead >>> (zeros + 1)) & ((1 << zeros) - 1));
+      // Without a low part, the shift may be that by 32, which leaves all bits: the mask has none.
+      const value = ((high << order) | ((ahead >>> (2 * zeros + 1)) & ((1 << order) - 1))) >>> 0;
+      kind.follow(value);
+      return value;
+    }
     if (zeros + order > 32) refuse('a code that is too long');
     if (zeros === 32) {
       this.#take(32);

@@ -29,6 +29,8 @@ export class ContainerPlan {
   #bytes;
   #stitch = [];
   #heads = [];
+  #words = [];  // of memory, by stream
+  #sizes = null;
 
   /**
    * @param {Uint8Array} bytes
@@ -75,6 +77,9 @@ export class ContainerPlan {
 
   /** The words that the container takes of a batch: of plan, streams, attributes, walks, results and states. */
   get sizes() {
+    return (this.#sizes ??= this.#count_sizes());
+  }
+  #count_sizes() {
     const sizes = [0, 0, 0, 0, this.result_words, kStateWords * this.stream_count];
     this.#heads.forEach((head, i) => record_words(head, this.#row(i), this.#stitch[i]).forEach((words, k) => (sizes[k] += words)));
     for (const { coding, is_bounded } of this.outputs)
@@ -90,9 +95,11 @@ export class ContainerPlan {
     const { stitch_at, stream_at } = this.directory, row = this.#row(i), runs = [], pairs = [];
     if (row.face_count > kMostFacesOfAStream) refuse('a stream of many faces');
     const head = read_stream_head(this.#bytes, stream_at[i], stream_at[i + 1], row.face_count, this.#heads.at(-1));
-    if (stream_words(head, row) > most_words) refuse('a stream that takes much memory');
+    const words = stream_words(head, row);
+    if (words > most_words) refuse('a stream that takes much memory');
     const repeat_count = read_stitch_map(this.#bytes, stitch_at[i], stitch_at[i + 1], i, row.point_count, row.reference_count, runs, pairs);
     this.#heads.push(head);
+    this.#words.push(words);
     this.#stitch.push({ runs, pairs, repeat_count });
   }
 
@@ -111,17 +118,24 @@ export class ContainerPlan {
       if (output.is_bounded) output.bounds = layout.take_states(kBoundsWords);
     }
     const has_walk = directory.references.some((count) => count > 0) ? 1 : 0, mesh_points = this.point_count, { indices } = this;
+    const output_of_attribute = (attribute, all) => {
+      const k = this.attributes.findIndex(({ uniqueId }) => uniqueId === attribute.unique_id), output = this.outputs[k];
+      // Of several attributes with this id, the first one is meant.
+      if (k < 0 || all.find(({ unique_id }) => unique_id === attribute.unique_id) !== attribute) return kNoOutput;
+      return { out: output.out, out_bytes: output.out_bytes, stride: output.stride, is_grid: output.is_grid ? 1 : 0,
+        grid: output.grids ?? 0, bounds: output.bounds ?? kNone };
+    };
+    // Streams mostly have one list of attributes.
+    let list, outputs;
     for (let i = 0; i < this.stream_count; ++i) {
       const place_of_stream = { bytes_at, end: stream_at[i + 1] + bytes_at, first_face: first_faces[i], first_point: first_points[i], mesh_points,
-        has_walk, first_stream, indices };
+        has_walk, first_stream, indices, grid_offset: kGridWords * i, words: this.#words[i] };
       const head = this.#heads[i];
-      layout.add_stream(head, this.#row(i), this.#stitch[i], place_of_stream, (attribute) => {
-        const k = this.attributes.findIndex(({ uniqueId }) => uniqueId === attribute.unique_id), output = this.outputs[k];
-        // Of several attributes with this id, the first one is meant.
-        if (k < 0 || head.attributes.find(({ unique_id }) => unique_id === attribute.unique_id) !== attribute) return kNoOutput;
-        return { out: output.out, out_bytes: output.out_bytes, stride: output.stride, is_grid: output.is_grid ? 1 : 0,
-          grid: (output.grids ?? 0) + kGridWords * i, bounds: output.bounds ?? kNone };
-      });
+      if (head.attributes !== list) {
+        list = head.attributes;
+        outputs = list.map((attribute) => output_of_attribute(attribute, list));
+      }
+      layout.add_stream(head, this.#row(i), this.#stitch[i], place_of_stream, outputs);
     }
   }
 }

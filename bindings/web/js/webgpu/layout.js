@@ -141,12 +141,13 @@ export class Layout {
    * @param {object} head of read_stream_head
    * @param {object} row counts of the directory
    * @param {{ runs: number[], pairs: number[], repeat_count: number }} references of read_stitch_map
-   * @param {object} place what its container gives it: bytes_at, end, first_face, first_point, mesh_points, has_walk, first_stream, indices
-   * @param {(attribute: object) => object} output of an attribute: out, out_bytes, stride, is_grid, grid, bounds
+   * @param {object} place what its container gives it: bytes_at, end, first_face, first_point, mesh_points, has_walk, first_stream, indices,
+   *   grid_offset, and the stream_words
+   * @param {object[]} outputs of its attributes: out, out_bytes, stride, is_grid, grid (of the first stream), bounds
    */
-  add_stream(head, row, { runs, pairs, repeat_count }, place, output) {
+  add_stream(head, row, { runs, pairs, repeat_count }, place, outputs) {
     const { plan } = this, { symbol_count, vertex_limit, events, symbols, lists, start_faces, seams, groups, attributes, body } = head;
-    const { face_count, point_count, reference_count } = row, { bytes_at } = place, words = stream_words(head, row);
+    const { face_count, point_count, reference_count } = row, { bytes_at, words } = place;
     let window = this.windows.at(-1);
     if (window === undefined || this.#used + words > this.#most_memory || window.count === kMostStreamsOfAWindow) {
       this.windows.push((window = { first: this.streams_added, count: 0 }));
@@ -187,13 +188,14 @@ export class Layout {
       repeat_count, place.first_stream, place.indices, lists_at, this.#take(listed_words(head)), this.#take(valence_words(head))]);
     this.walk_words += point_count;
     const position = attributes.findIndex(({ semantic }) => semantic === 0);
-    for (let i = 0; i < attributes.length; ++i) this.#add_attribute(attributes[i], row, position >= 0 && position < i ? position + 1 : 0, output(attributes[i]));
+    for (let i = 0; i < attributes.length; ++i)
+      this.#add_attribute(attributes[i], row, position >= 0 && position < i ? position + 1 : 0, outputs[i], place.grid_offset);
   }
-  #add_attribute(attribute, row, position, { out, out_bytes, stride, is_grid, grid, bounds }) {
+  #add_attribute(attribute, row, position, { out, out_bytes, stride, is_grid, grid, bounds }, grid_offset) {
     const { group, coding, components, type_bytes } = attribute, values = coding === kCodingRaw ? 0 : value_room(attribute, row);
     const slots = slot_room(values, row), bits = bucket_bits(values), room = (words) => (coding === kCodingRaw ? 0 : this.#take(words));
     // In the order of kAttributeFields.
     this.attributes.append([group, coding, components, value_components(attribute), type_bytes, position, this.#take(kHeadWords), room(values),
-      room(values), values, room(2 * slots + 2), slots, room(1 << bits), bits, out, out_bytes, stride, is_grid, grid, bounds]);
+      room(values), values, room(2 * slots + 2), slots, room(1 << bits), bits, out, out_bytes, stride, is_grid, grid + (out === kNone ? 0 : grid_offset), bounds]);
   }
 }
