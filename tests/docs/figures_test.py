@@ -60,7 +60,8 @@ kCells = [
 ]
 
 # Paragraphs whose numbers are measured, but on no page of a script: the sentence says what was measured, and how.
-kNotOnAPage = ("Decoders alone, in turn",)
+# The means of three rows of a page are not on it.
+kNotOnAPage = ("Decoders alone, in turn", "The three characters take")
 
 
 def value(number):
