@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Every manifest names the project's address, scripts/release --home changes all of them, and NuGet's rules are kept and are rules:
 home_test.py SOURCE"""
-import pathlib, re, shutil, subprocess, sys, tempfile
+import pathlib, re, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True
 source = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(source / "scripts"))
 from packages import home, nuspec
+from release_copy import copy_for_release
 
 if home.disagreements():
     sys.exit("\n".join(home.disagreements()))
@@ -18,10 +19,7 @@ if tracked.returncode == 0 and (others := {file for file in tracked.stdout.split
 
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*home.kManifests, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
-        (copy / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(source / file, copy / file)
-    release = [sys.executable, copy / "scripts/release"]
+    release = [sys.executable, copy_for_release(source, copy, home.kManifests)]
     for wrong in ("http://a.example/psplit", "https://a.example/", "https://a.example/p splits"):
         if subprocess.run([*release, "--home", wrong], capture_output=True).returncode == 0:
             sys.exit(f"{wrong} is taken for an address")

@@ -1,21 +1,20 @@
 #!/usr/bin/env python3
 """Every file that repeats the version says that of CMakeLists.txt, and scripts/release --version changes all of them:
 version_test.py SOURCE"""
-import pathlib, re, shutil, subprocess, sys, tempfile
+import pathlib, re, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True
 source = pathlib.Path(sys.argv[1])
 sys.path.insert(0, str(source / "scripts"))
 from packages import home, version
+from release_copy import copy_for_release
 
 if version.disagreements():
     sys.exit("\n".join(version.disagreements()))
 with tempfile.TemporaryDirectory() as name:
     copy = pathlib.Path(name)
-    for file in [*(place.partition("#")[0] for place in version.kPlaces), *home.kManifests, "scripts/release", *(path.relative_to(source) for path in source.glob("scripts/packages/*.py"))]:
-        (copy / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(source / file, copy / file)
-    release = [sys.executable, copy / "scripts/release", "--version"]
+    places = [place.partition("#")[0] for place in version.kPlaces]
+    release = [sys.executable, copy_for_release(source, copy, [*places, *home.kManifests]), "--version"]
     if subprocess.run([*release, "7.8"], capture_output=True).returncode == 0:
         sys.exit("7.8 is taken for a version")
     subprocess.run([*release, "7.8.9"], check=True, capture_output=True)
