@@ -39,7 +39,7 @@ class Pool {
   async ready(options) {
     await this.#modules.get(options?.condensed === true);
   }
-  // Starts workers for so many containers that will come.
+  // Starts workers for `count` containers before their bytes arrive.
   begin(count) {
     this.#workers.begin(count);
   }

@@ -71,14 +71,14 @@ export class Workers {
   #may_run_here;
   #waiting = [];
   // { worker, is_up, is_here, task, timer, modules }; `worker` is null while it starts. If `is_here`, it is this thread, and the only one.
-  // `modules` are those that it has.
+  // `modules` are the WebAssembly modules that it has received.
   #members = new Set();
   #next_id = 0;
   #is_disposed = false;
 
   /**
    * @param {object} options of createPool @param {object} kit the kind of workers: `worker()` returns what a caller configured, and
-   * `does` is what they do. files.js has the rest.
+   * `does` is the verb for messages. files.js has the other members.
    */
   constructor(options, kit) {
     this.#kit = kit;

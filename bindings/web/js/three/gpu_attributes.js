@@ -1,6 +1,6 @@
-// The attributes of a container as buffers of three's WebGPURenderer, decoded on its device: the renderer draws from what the shaders
-// write. three has no public way to hand it a buffer. Its backend keeps the buffer of an attribute with the attribute, and makes one only if
-// there is none (WebGPUAttributeUtils.createAttribute).
+// The attributes of a container as buffers of three's WebGPURenderer, decoded on its device: the renderer draws from the buffers that the
+// shaders write. three has no public way to hand it a buffer. Its backend keeps a buffer for each attribute, and makes one only for an
+// attribute that has no buffer yet (WebGPUAttributeUtils.createAttribute).
 import { BufferAttribute } from 'three';
 import { PsplitError } from '../error.js';
 import { or_abort } from '../job.js';
@@ -57,7 +57,7 @@ function attribute_of(backend, buffer, Type, components, normalized, count) {
 
 /**
  * Decodes a container for a renderer. Rejects if the shaders do not decode it, if the renderer has no WebGPU, or if three would change
- * what is in the buffers.
+ * the values in the buffers.
  * @param {WebGPURenderer} renderer
  * @param {import('./container.js').Container} container
  * @param {() => Promise<ArrayBuffer | Uint8Array>} bytes_of

@@ -41,7 +41,7 @@ export class PsplitPlugin {
   #growing = [];            // promises of meshes that are shown patch by patch
   #running = new Set();     // the AbortControllers of containers that are being decoded
   #failure = null;          // the first one
-  #turn = null;       // while the loader asks for what a mesh has: resolves when those before it are made
+  #turn = null;       // while the loader requests the parts of a mesh: resolves when the meshes before it are made
   #next_turn = null;  // the same for the next one
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
@@ -90,11 +90,11 @@ export class PsplitPlugin {
       lazily(() => on_gpu.then((attributes) => attributes?.[i] ?? this.#parser.loadAccessor(number)))));
   }
 
-  // Meshes are made in the order in which the loader asks for them, with their materials: three draws what is opaque in the order of the
-  // materials' numbers. So the picture, and the time for it, do not depend on which mesh is decoded first.
+  // Meshes and their materials are made in the order in which the loader asks for them. three draws opaque meshes in the order of their
+  // materials' numbers, so the picture and its time do not depend on which mesh is decoded first.
   loadMesh(mesh) {
     const before = (this.#turn = this.#next_turn), made = Promise.resolve().then(() => {
-      this.#turn = null;  // what is asked for later must not wait: a mesh before it may need it
+      this.#turn = null;  // later requests must not wait: an earlier mesh may need them
       return this.#parser.getDependency('mesh', mesh);
     });
     this.#next_turn = Promise.allSettled([before, made]);
