@@ -69,9 +69,10 @@ Status measure(const AssetPrimitives& asset, int speed, int rounds) {
   const size_t before = contenders.size();
   for (const MeshoptForm form : meshopt_forms())
     contenders.push_back({"meshoptimizer", [&asset, form] { return decode_meshopt_all(asset.meshopt, form); }});
-  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, rounds);
-  if (!timings) return timings.status();
-  const Timing& ours = (*timings)[0];
+  const Expected<Measured> measured = measure_interleaved(contenders, {.count = rounds});
+  if (!measured) return measured.status();
+  const std::vector<Timing>& timings = measured->timings;
+  const Timing& ours = timings[0];
   Json line{
       {"speed", speed},
       {"faces", asset.faces},
@@ -79,11 +80,10 @@ Status measure(const AssetPrimitives& asset, int speed, int rounds) {
       {"primitives", asset.jobs.size()},
       {"most_faces", asset.most_faces},
       {"bytes", bytes},
-      {"psplit_ms", (*timings)[0].min_ms},
+      {"psplit_ms", timings[0].min_ms},
       {"psplit_spread", ours.upper_quartile_ms / ours.median_ms - ours.lower_quartile_ms / ours.median_ms},
-
-      {"psplit_two_threads_ms", (*timings)[1].min_ms},
-      {"libdraco_ms", (*timings)[2].min_ms},
+      {"psplit_two_threads_ms", timings[1].min_ms},
+      {"libdraco_ms", timings[2].min_ms},
       {"stages_ms",
        {stages.connectivity_ms, stages.seams_ms, stages.chains_ms, stages.prediction_ms, stages.output_ms}}};
   Json& rival = line["meshoptimizer"];
@@ -92,7 +92,7 @@ Status measure(const AssetPrimitives& asset, int speed, int rounds) {
     const MeshoptForm form = meshopt_forms()[i];
     uint64_t packed = 0;
     for (const MeshoptMesh& mesh : asset.meshopt) packed += mesh.bytes(form).size();
-    rival[name_of(form)] = {{"bytes", packed}, {"ms", (*timings)[before + i].min_ms}};
+    rival[name_of(form)] = {{"bytes", packed}, {"ms", timings[before + i].min_ms}};
   }
   std::printf("%s\n", line.dump().c_str());
   return {};
