@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -33,7 +34,7 @@ class Dropper {
   Dropper(Document& document, const EncodeDocumentOptions& options)
       : document_(document),
         options_(options),
-        skip_(options.skip.begin(), options.skip.end()),
+        named_(options.skip.begin(), options.skip.end()),
         metadata_(metadata_attributes(document.json())) {
     for_each_element(document.json(), "nodes", [&](const Json& node) {
       if (const auto mesh = integer_field(node, "mesh"); mesh && field(node, "skin") != nullptr)
@@ -45,6 +46,8 @@ class Dropper {
     Json& primitive = primitive_json(document_, id);
     Json* const attributes = object_field(primitive, "attributes");
     if (attributes == nullptr) return {};
+    skip_ = named_;
+    if (named_.contains(kUnusedAttributes)) add_unused(primitive, *attributes, id);
     std::vector<std::string> found;
     for (const auto& [semantic, index] : attributes->items())
       if (skip_.contains(semantic)) found.push_back(semantic);
@@ -70,6 +73,49 @@ class Dropper {
   void release(Json& holder, const std::string& semantic) {
     if (const auto accessor = integer_field(holder, semantic.c_str())) dropped_.freed.push_back(*accessor);
     holder.erase(semantic);
+  }
+
+  // Adds the attributes that nothing reads to those to skip. A set may go only after the sets that follow it.
+  void add_unused(const Json& primitive, const Json& attributes, PrimitiveId id) {
+    std::map<std::string, std::set<int64_t>> sets;  // by prefix
+    for (const auto& [semantic, index] : attributes.items())
+      if (const std::optional<SetName> name = set_name(semantic)) sets[name->prefix].insert(name->set);
+    const auto try_one = [&](const std::vector<std::string>& semantics) {
+      std::set<std::string> before = skip_;
+      skip_.insert(semantics.begin(), semantics.end());
+      const bool is_unused = std::all_of(semantics.begin(), semantics.end(), [&](const std::string& semantic) {
+        return !attributes.contains(semantic) || need(primitive, id, semantic).empty();
+      });
+      if (!is_unused) skip_ = std::move(before);
+      return is_unused;
+    };
+    const auto try_sets = [&](const char* prefix, const char* pair, int64_t least) {
+      const std::set<int64_t>& found = sets[prefix];
+      for (auto set = found.rbegin(); set != found.rend() && *set >= least; ++set) {
+        std::vector<std::string> semantics{prefix + std::to_string(*set)};
+        if (pair != nullptr) semantics.push_back(pair + std::to_string(*set));
+        if (!try_one(semantics)) return;
+      }
+    };
+    try_sets("TEXCOORD_", nullptr, 0);
+    try_sets("COLOR_", nullptr, 1);  // materials are multiplied by COLOR_0
+    if (!skinned_.contains(static_cast<int64_t>(id.mesh))) try_sets("JOINTS_", "WEIGHTS_", 0);
+    if (!reads_tangents(primitive)) try_one({"TANGENT"});
+  }
+
+  bool reads_tangents(const Json& primitive) const {
+    for (const int64_t material : materials_of(primitive))
+      if (const Json* object = top_level_object(document_.json(), "materials", material))
+        if (has_key_with(*object, "ormalTexture") || has_key_with(*object, "nisotropy")) return true;
+    return false;
+  }
+
+  // Whether the name of a field at any depth has this part.
+  static bool has_key_with(const Json& tree, const char* part) {
+    if (!tree.is_structured()) return false;
+    for (const auto& [key, value] : tree.items())
+      if ((tree.is_object() && key.find(part) != std::string::npos) || has_key_with(value, part)) return true;
+    return false;
   }
 
   // Why the attribute must stay; empty if it need not.
@@ -137,8 +183,9 @@ class Dropper {
 
   Document& document_;
   const EncodeDocumentOptions& options_;
-  const std::set<std::string> skip_, metadata_;
-  std::set<int64_t> skinned_;  // meshes
+  const std::set<std::string> named_, metadata_;
+  std::set<std::string> skip_;  // of the primitive that is at work
+  std::set<int64_t> skinned_;   // meshes
   DroppedAttributes dropped_;
 };
 

@@ -23,11 +23,11 @@ struct DroppedAttributes {
   }
 };
 
-// Removes the attributes of options.skip from the primitives, from their morph targets and from what their
-// Draco extension lists; the stream itself keeps them until the primitive is encoded again. kUsage,
-// and an unusable document, if the asset needs one of them: POSITION, coordinates of a texture, a skin, a
-// feature id, metadata, a set that another set follows, all that a morph target has; or if it is in patches
-// that stay.
+// Removes the attributes of options.skip, and for kUnusedAttributes those that nothing reads, from the
+// primitives, from their morph targets and from what their Draco extension lists; the stream itself keeps them
+// until the primitive is encoded again. kUsage, and an unusable document, if the asset needs one of them:
+// POSITION, coordinates of a texture, a skin, a feature id, metadata, a set that another set follows, all that
+// a morph target has; or if it is in patches that stay.
 Expected<DroppedAttributes> drop_attributes(Document& document, const EncodeDocumentOptions& options,
                                             std::span<const PrimitiveId> ids);
 

@@ -104,9 +104,8 @@ class TextWriter {
 
   // Most strings are names that have no character to escape.
   void add_string(const std::string& string) {
-    const bool is_plain = std::all_of(string.begin(), string.end(), [](char c) {
-      return c >= ' ' && c < '\x7f' && c != '"' && c != '\\';
-    });
+    const bool is_plain = std::all_of(string.begin(), string.end(),
+                                      [](char c) { return c >= ' ' && c < '\x7f' && c != '"' && c != '\\'; });
     if (!is_plain) {
       text_ += Json(string).dump(-1, ' ', false, Json::error_handler_t::replace);
       return;

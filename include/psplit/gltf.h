@@ -66,13 +66,18 @@ inline constexpr uint64_t kMostPatchPrimitives = 8;
 // For each primitive the grids of its attributes, by their names.
 using StatedGrids = std::map<PrimitiveId, std::map<std::string, AttributeCoding>>;
 
+// In EncodeDocumentOptions::skip: of each primitive, the texture coordinates that no texture of its materials
+// reads, tangents without a normal texture or anisotropy, COLOR_1 and later sets, and joints and weights
+// without a skin; unless the asset needs them for anything else.
+inline constexpr const char* kUnusedAttributes = "unused";
+
 // The options of the encoder, for all meshes of an asset. Storage::kAsFits and kContainer follow from the
 // options here; kOneStream writes stock Draco alone, one stream for each primitive, and leaves no encodable
 // primitive as it is. Bits that differ from their defaults count as given.
 struct EncodeDocumentOptions : EncodeOptions {
   QuantizationVolume volume = QuantizationVolume::kMesh;
-  // Attributes to leave out, such as "TEXCOORD_1". kUsage if the asset needs one of them, for example the
-  // coordinates of a texture.
+  // Attributes to leave out, such as "TEXCOORD_1", or kUnusedAttributes. kUsage if the asset needs one that is
+  // named, for example the coordinates of a texture.
   std::vector<std::string> skip{};
   MorphTargets morph_targets = MorphTargets::kAsFits;  // accessors that meshoptimizer compressed stay so
   Fallback fallback = Fallback::kNone;                 // kCoarse not with Compat::kKhr
@@ -124,7 +129,7 @@ struct PrimitiveReport {
   std::string skipped;  // why it was left as it is ("points or lines", "already in patches"), or empty
   std::vector<std::string> notes;               // how its precision was kept, and at what cost
   std::vector<std::string> warnings;            // what was lost
-  std::vector<std::string> dropped_attributes;  // its attributes that EncodeDocumentOptions::skip names
+  std::vector<std::string> dropped_attributes;  // its attributes that EncodeDocumentOptions::skip left out
   StoredAs stored_as = StoredAs::kAsItWas;
   // An earlier primitive has the same geometry, which is stored once: sums leave this primitive's bytes out.
   bool repeated = false;

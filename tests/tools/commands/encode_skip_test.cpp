@@ -144,5 +144,51 @@ TEST_F(EncodeSkip, RefusesWhatTheAssetNeeds) {
   refuses(json, "JOINTS_0", "WEIGHTS_0 would stay");
 }
 
+TEST_F(EncodeSkip, LeavesOutWhatNothingReads) {
+  // The names of the attributes that --skip unused leaves.
+  const auto kept = [&](nlohmann::json json, const std::string& attribute = "") {
+    if (!attribute.empty()) primitive(json)["attributes"][attribute] = 2;
+    EXPECT_EQ(encode(json, "out.gltf", {"--skip", "unused", "-f"}), 0) << err_;
+    EXPECT_FALSE(contains(err_, "which is to be skipped"));
+    nlohmann::json out = read_json("out.gltf");
+    std::vector<std::string> names;
+    for (const auto& [name, index] : primitive(out)["attributes"].items()) names.push_back(name);
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(kept(asset()), (Names{"POSITION", "TEXCOORD_0"}));
+  EXPECT_TRUE(contains(err_, "left out TEXCOORD_1 of 1 primitive"));
+  // A set that is read keeps those before it, because glTF counts from 0 without gaps.
+  nlohmann::json json = asset();
+  json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1;
+  EXPECT_EQ(kept(json), (Names{"POSITION", "TEXCOORD_0", "TEXCOORD_1"}));
+  EXPECT_FALSE(contains(err_, "left out"));
+  json = asset();
+  primitive(json).erase("material");
+  EXPECT_EQ(kept(json), Names{"POSITION"});
+  // An attribute of the application stays: only its readers know.
+  EXPECT_EQ(kept(json, "_CUSTOM"), (Names{"POSITION", "_CUSTOM"}));
+  // Tangents and joints.
+  const auto with = [&](const std::string& semantic, nlohmann::json of) {
+    of["accessors"].push_back(
+        {{"componentType", semantic == "JOINTS_0" ? 5121 : 5126}, {"count", kPoints}, {"type", "VEC4"}});
+    primitive(of)["attributes"][semantic] = of["accessors"].size() - 1;
+    return of;
+  };
+  json = with("TANGENT", asset());
+  EXPECT_EQ(kept(json), (Names{"POSITION", "TEXCOORD_0"}));
+  json["materials"][0]["normalTexture"] = {{"index", 0}};
+  EXPECT_EQ(kept(json), (Names{"POSITION", "TANGENT", "TEXCOORD_0"}));
+  json = with("WEIGHTS_0", with("JOINTS_0", asset()));
+  EXPECT_EQ(kept(json), (Names{"POSITION", "TEXCOORD_0"}));
+  json["nodes"] = {{{"mesh", 0}, {"skin", 0}}};
+  json["skins"] = {{{"joints", {0}}}};
+  EXPECT_EQ(kept(json), (Names{"JOINTS_0", "POSITION", "TEXCOORD_0", "WEIGHTS_0"}));
+  // A target of nothing but an unused attribute.
+  json = asset();
+  primitive(json)["targets"] = {{{"TEXCOORD_1", 2}}};
+  EXPECT_EQ(kept(json), (Names{"POSITION", "TEXCOORD_0", "TEXCOORD_1"}));
+}
+
 }  // namespace
 }  // namespace psplit

@@ -76,7 +76,8 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
   command
       .add_option("--skip", options.skip,
                   "Leave ATTRIBUTE out of all meshes, such as TEXCOORD_1, COLOR_0 or _CUSTOM. It is an error "
-                  "if the asset needs it, for example the coordinates of a texture. May be repeated")
+                  "if the asset needs it, for example the coordinates of a texture. unused: attributes that "
+                  "no material and no skin reads. May be repeated")
       ->allow_extra_args(false)
       ->type_name("ATTRIBUTE");
 }

@@ -137,7 +137,8 @@ Json drop_extensions(Document& document, const std::vector<std::string>& names, 
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<const std::string> skipped,
                           const Log& log) {
   EncodeResult result;
-  for (const std::string& attribute : skipped) result.dropped_attributes[attribute] = 0;
+  for (const std::string& attribute : skipped)
+    if (attribute != kUnusedAttributes) result.dropped_attributes[attribute] = 0;
   for (const PrimitiveReport& report : reports) {
     Json object{
         {"mesh", report.id.mesh}, {"primitive", report.id.primitive}, {"stored_as", name_of(report.stored_as)}};
