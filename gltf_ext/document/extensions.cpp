@@ -30,6 +30,11 @@ void add_name(Json& json, const char* list, const char* name) {
   join_draco_names(names);
 }
 
+bool has_name(const Json& json, const char* list, const char* name) {
+  const Json* names = array_field(json, list);
+  return names != nullptr && std::find(names->begin(), names->end(), name) != names->end();
+}
+
 bool remove_name(Json& json, const char* list, const std::string& name) {
   Json* names = array_field(json, list);
   if (names == nullptr) return false;
@@ -87,8 +92,7 @@ void join_draco_extensions(Document& document) {
 }
 
 void require_extension(Document& document, const char* name, bool required) {
-  const Json* used = array_field(document.json(), "extensionsUsed");
-  if (used == nullptr || std::find(used->begin(), used->end(), Json(name)) == used->end()) return;
+  if (!has_name(document.json(), "extensionsUsed", name)) return;
   if (required)
     add_name(document.json(), "extensionsRequired", name);
   else
@@ -107,6 +111,9 @@ std::optional<size_t> drop_extension(Document& document, const std::string& name
 }
 
 void unlist_unused_extension(Document& document, const char* name) {
+  if (!has_name(document.json(), "extensionsUsed", name) &&
+      !has_name(document.json(), "extensionsRequired", name))
+    return;
   if (contains_extension(document.json(), name)) return;
   remove_name(document.json(), "extensionsUsed", name);
   remove_name(document.json(), "extensionsRequired", name);

@@ -1,6 +1,8 @@
 #include "gltf_ext/json/json_text.h"
 
+#include <bit>
 #include <cmath>
+#include <random>
 
 #include "tests/support/expect.h"
 
@@ -33,6 +35,36 @@ TEST(JsonText, IsThatOfTheLibrary) {
                      {"a \"name\" \\ \n\t\x01\x7f", "\xC3\xA4, a broken \xC3 and \xF0\x9F\x98\x80"}};
   EXPECT_EQ(json_line(json), json.dump(-1, ' ', false, Json::error_handler_t::replace));
   EXPECT_EQ(json_lines(json), json.dump(2, ' ', false, Json::error_handler_t::replace));
+  // Numbers of all sizes: the library's text, unless that has more digits than are needed.
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 200000; ++i) {
+    const uint64_t bits = random();
+    double value = std::bit_cast<double>(bits);
+    if (i % 2 == 0)
+      value = static_cast<float>(std::ldexp(static_cast<double>(bits), static_cast<int>(bits % 96) - 110));
+    if (!std::isfinite(value)) continue;
+    const std::string line = json_line(value), theirs = Json(value).dump();
+    ASSERT_EQ(must(parse_json(line)).get<double>(), value);
+    if (line != theirs) {
+      ASSERT_LE(line.size(), theirs.size());
+      ASSERT_GE(theirs.size(), 15u) << theirs;
+    }
+  }
+}
+
+TEST(JsonText, HasLimits) {
+  const auto nested = [](size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  EXPECT_EQ(error_of(nested(kMaxJsonDepth)), "");
+  EXPECT_EQ(error_of(nested(kMaxJsonDepth + 1)), "the JSON nests too deeply");
+  const auto object = [](int members) {
+    std::string text = "{";
+    for (int i = 0; i < members; ++i) text += (i > 0 ? ",\"" : "\"") + std::to_string(i) + "\":[{}]";
+    return text + "}";
+  };
+  EXPECT_EQ(error_of(object(16384)), "");
+  EXPECT_EQ(error_of(object(16385)), "a JSON object has over 16384 members");
+  EXPECT_EQ(json_line(must(parse_json(R"({"a":{"b":1},"c":[[2,{}]],"a":{"d":[]}})"))),
+            R"({"a":{"d":[]},"c":[[2,{}]]})");
 }
 
 TEST(JsonText, ErrorsSayWhere) {

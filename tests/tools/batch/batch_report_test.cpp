@@ -16,7 +16,10 @@ const BatchOutcome kUpToDate{.input = "c.glb", .up_to_date = true};
 
 BatchTally tally_of(const std::vector<BatchOutcome>& outcomes) {
   BatchTally tally(BatchVerb::kEncode);
-  for (const BatchOutcome& outcome : outcomes) tally.add(to_json(outcome, BatchVerb::kEncode));
+  for (BatchOutcome outcome : outcomes) {
+    if (!outcome.up_to_date) outcome.figures = figures_of(outcome, BatchVerb::kEncode);
+    tally.add(to_json(std::move(outcome), BatchVerb::kEncode));
+  }
   return tally;
 }
 

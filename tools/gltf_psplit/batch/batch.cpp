@@ -273,8 +273,9 @@ class Batch {
     return next;
   }
 
-  void take(const std::string& line) {
-    const Expected<Json> json = parse_json(line);
+  void take(std::string_view line) {
+    const size_t head = std::min(line.find(kBeforeText), line.size());
+    const Expected<Json> json = parse_json(line.substr(0, head));
     if (!json) return;
     if (const Json* failed = object_field(*json, "failed")) {
       const std::string* message = string_field(*failed, "message");
@@ -289,13 +290,13 @@ class Batch {
       running.deadline = running.waits ? std::nullopt : deadline();
     }
     const Json* const row = object_field(*json, "row");
-    if (row == nullptr) return;
+    if (row == nullptr || head == line.size()) return;
     spares_report_ = spares_report_ || bool_field_or(*json, "spares_report", false);
     const bool had_company = running_.size() > 1;
     if (bool_field_or(*json, "alone", false) && had_company && !running.is_alone)
       alone_.push_back(std::move(running.item));
     else
-      note(*row, running.item);
+      note(*row, line.substr(head + 1), running.item);
     running_.erase(found);
   }
 
@@ -357,18 +358,19 @@ class Batch {
 
   void note_failure(const BatchItem& item, const Status& cause) {
     const BatchOutcome outcome{.input = item.input, .status = Status(cause).at({.file = item.input})};
-    note(to_json(outcome, arguments_.verb), item);
+    const Json row = to_json(outcome, arguments_.verb);
+    note(row, json_line(row), item);
   }
 
-  // An asset has ended.
-  void note(const Json& row, const BatchItem& item) {
+  // An asset has ended. `text` is the row with its details.
+  void note(const Json& row, std::string_view text, const BatchItem& item) {
     tally_.add(row);
-    if (Status status = rows_.add(row); !status.ok() && failure_.ok()) failure_ = std::move(status);
+    if (Status status = rows_.add(text); !status.ok() && failure_.ok()) failure_ = std::move(status);
     if (const Json* error = object_field(row, "error"))
       if (const std::string* message = string_field(*error, "message"))
         session_.log.error({status_code(integer_field(*error, "code").value_or(-1)), *message});
     if (arguments_.progress_as_json)
-      if (Status status = write_text("-", json_line(row) + "\n"); !status.ok() && failure_.ok())
+      if (Status status = write_text("-", std::string(text) + "\n"); !status.ok() && failure_.ok())
         failure_ = std::move(status);
     bytes_done_ += item.bytes.value_or(0);
     bar_->show({.done = tally_.assets(),

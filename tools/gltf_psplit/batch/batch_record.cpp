@@ -269,12 +269,15 @@ std::set<fs::path> BatchRecord::unfinished_folders() const {
 Status BatchRecord::withdraw(const std::string& name) { return add(name, {"", std::string(kWithdrawn)}); }
 Status BatchRecord::forget(const std::string& name) { return add(name, {"", std::string(kRemoved)}); }
 
-Status BatchRecord::add(const std::string& name, const Entry& entry) {
+Status BatchRecord::add(const std::string& name, Entry entry) {
   const std::lock_guard lock(mutex_);
-  Json line{
-      {"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"number", ++last_number_}};
-  line.update(entry.details);
-  return file_.append(line.dump() + "\n");
+  Json line = object_with_room(6);
+  line["name"] = name;
+  line["made_from"] = std::move(entry.made_from);
+  line["output"] = std::move(entry.output);
+  line["number"] = ++last_number_;
+  for (auto& [key, value] : entry.details.items()) line[key] = std::move(value);
+  return file_.append(json_line(line) + "\n");
 }
 
 Status BatchRecord::sync() {

@@ -91,7 +91,7 @@ class BatchRecord {
   Status withdraw(const std::string& name);
   // Call it after the output was removed. A file that appears there later is not a batch's.
   Status forget(const std::string& name);
-  Status add(const std::string& name, const Entry& entry);
+  Status add(const std::string& name, Entry entry);
   // Waits until all lines are on the disk.
   Status sync();
 

@@ -42,7 +42,7 @@ const char* done_word(BatchVerb verb) {
 }
 
 Json figures_of(const BatchOutcome& outcome, BatchVerb verb) {
-  Json figures = Json::object();
+  Json figures = object_with_room(4);
   if (outcome.sizes.output.files > 0) figures["files"] = sizes_json(outcome.sizes);
   if (verb != BatchVerb::kEncode) return figures;
   figures["geometry"] = {{"input_bytes", outcome.result.geometry.input},
@@ -51,8 +51,9 @@ Json figures_of(const BatchOutcome& outcome, BatchVerb verb) {
   return figures;
 }
 
-Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
-  Json asset{{"input", outcome.input}};
+Json to_json(BatchOutcome outcome, BatchVerb verb) {
+  Json asset = object_with_room(16);
+  asset["input"] = outcome.input;
   if (!outcome.output.empty()) asset["output"] = outcome.output;
   const bool is_done = outcome.status.ok() && !outcome.up_to_date && !outcome.planned;
   asset["status"] = !outcome.status.ok() ? "failed"
@@ -61,16 +62,19 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
                                          : done_word(verb);
   if (!outcome.status.ok())
     asset["error"] = {{"code", exit_code(outcome.status.code())}, {"message", outcome.status.to_string()}};
+  const auto move_figures = [&] {
+    for (auto& [key, value] : outcome.figures.items()) asset[key] = std::move(value);
+  };
   if (is_done) {
-    asset.update(outcome.figures.is_object() ? outcome.figures : figures_of(outcome, verb));
+    move_figures();
     if (outcome.sizes.output.files > 0) append_written(asset, outcome.written);
-    if (verb == BatchVerb::kEncode) asset["primitives"] = outcome.result.primitives;
+    if (verb == BatchVerb::kEncode) asset["primitives"] = std::move(outcome.result.primitives);
     if (!outcome.result.dropped_attributes.empty())
       asset["dropped_attributes"] = outcome.result.dropped_attributes;
-  } else if (outcome.up_to_date && outcome.figures.is_object()) {
-    asset.update(outcome.figures);
+  } else if (outcome.up_to_date) {
+    move_figures();
   }
-  if (!outcome.details.is_null()) asset["result"] = outcome.details;
+  if (!outcome.details.is_null()) asset["result"] = std::move(outcome.details);
   if (outcome.memory > 0)
     asset["memory"] = {{"estimate", outcome.memory}, {"peak_of_process", outcome.peak_memory}};
   asset["wall_ms"] = outcome.wall_ms;
@@ -178,15 +182,15 @@ Status BatchRows::open(const std::filesystem::path& path) {
   return file_ == nullptr ? io_error("cannot open", errno, {.file = name_}) : Status();
 }
 
-Status BatchRows::add(const Json& row) {
-  const std::string line = json_line(row) + "\n";
-  if (std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size() && std::fflush(file_.get()) == 0)
+Status BatchRows::add(std::string_view row) {
+  if (std::fwrite(row.data(), 1, row.size(), file_.get()) == row.size() &&
+      std::fputc('\n', file_.get()) != EOF && std::fflush(file_.get()) == 0)
     return {};
   return io_error("cannot write", errno, {.file = name_});
 }
 
 Status BatchRows::add_end(double wall_ms, const std::string& plan) {
-  return add({{"ended", true}, {"wall_ms", wall_ms}, {"plan", plan}});
+  return add(json_line({{"ended", true}, {"wall_ms", wall_ms}, {"plan", plan}}));
 }
 
 std::optional<std::string> BatchRows::for_each(const std::function<bool(std::string_view row)>& visit) {

@@ -43,15 +43,18 @@ struct BatchOutcome {
 // What totals are made of: "files", "geometry" and "total"; empty if the verb writes nothing.
 Json figures_of(const BatchOutcome& outcome, BatchVerb verb);
 
+// Members of a row that tell of the parts of an asset, and take most of its text.
+inline constexpr const char* kDetailsOfRow[] = {"primitives", "result"};
+
 // The row of an asset: "input", "output", "status", "error", "wall_ms", and what was done.
-Json to_json(const BatchOutcome& outcome, BatchVerb verb);
+Json to_json(BatchOutcome outcome, BatchVerb verb);
 
 // The sums over rows, with what was up to date, but without what failed. It keeps a few rows for the summary,
 // so that its memory does not grow.
 class BatchTally {
  public:
   explicit BatchTally(BatchVerb verb) : verb_(verb) {}
-  void add(const Json& row);
+  void add(const Json& row);  // reads nothing of its members of kDetailsOfRow
 
   size_t assets() const { return assets_; }
   // kMayPass if any asset failed for a cause that may pass. Otherwise the code of the first failure in the
@@ -93,8 +96,9 @@ class BatchRows {
   // The file of an earlier run. Errors: as for io_error.
   Status open(const std::filesystem::path& path);
 
-  // The row is in the file when the call returns, so that a kill loses none. Errors: as for io_error.
-  Status add(const Json& row);
+  // `row` is one line of JSON, without the end of the line. It is in the file when the call returns, so that a
+  // kill loses none. Errors: as for io_error.
+  Status add(std::string_view row);
   // Marks the end of a run that no signal stopped. `plan` names what all shards of the run worked on.
   Status add_end(double wall_ms, const std::string& plan);
 

@@ -472,13 +472,17 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
       if (!item) continue;  // the parent wrote the line
       const auto id = static_cast<uint64_t>(integer_field(*json, "id").value_or(0));
       if (arguments.timeout_s > 0) link.send(json_line({{"id", id}, {"waits", false}}));  // its time begins
-      const BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
+      BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
         link.send(json_line({{"id", id}, {"waits", waits}}));
       });
-      link.send(json_line({{"id", id},
-                           {"row", to_json(outcome, arguments.verb)},
-                           {"alone", outcome.status.code() == StatusCode::kOutOfMemory},
-                           {"spares_report", work.spares_report()}}));
+      Json answer{{"id", id},
+                  {"alone", outcome.status.code() == StatusCode::kOutOfMemory},
+                  {"spares_report", work.spares_report()}};
+      Json row = to_json(std::move(outcome), arguments.verb);
+      const std::string text = json_line(row);
+      for (const char* details : kDetailsOfRow) row.erase(details);
+      answer["row"] = std::move(row);
+      link.send(json_line(answer) + kBeforeText + text);
     }
   };
   // As many assets at once as there are threads. Each asset also uses the pool's threads for its primitives and

@@ -9,8 +9,10 @@ namespace psplit {
 
 // The lines between a batch and its worker. To the worker: an item and its "id". To the batch:
 //   {"id", "waits": true or false}   the asset waits for memory, or it runs
-//   {"id", "row", "alone", "spares_report"}   the asset ended; `alone`: it may succeed when it is alone
+//   {"id", "row", "alone", "spares_report"}   the asset ended; `alone`: it may succeed when it is alone. Of the
+//                                    row it has what BatchTally reads; kBeforeText and the whole row follow
 //   {"failed": {"code", "message"}}  the worker cannot work at all
+inline constexpr char kBeforeText = '\t';  // JSON text on one line has none
 
 // Runs in the child, and returns its exit code. `record` is open, except in a dry run; the worker loads it.
 int run_worker(ParentLink& link, const BatchArguments& arguments, const Session& session, BatchRecord& record,

@@ -140,8 +140,10 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
   for (const std::string& attribute : skipped)
     if (attribute != kUnusedAttributes) result.dropped_attributes[attribute] = 0;
   for (const PrimitiveReport& report : reports) {
-    Json object{
-        {"mesh", report.id.mesh}, {"primitive", report.id.primitive}, {"stored_as", name_of(report.stored_as)}};
+    Json object = object_with_room(32);
+    object["mesh"] = report.id.mesh;
+    object["primitive"] = report.id.primitive;
+    object["stored_as"] = name_of(report.stored_as);
     if (report.repeated) object["repeated"] = true;
     result.geometry.input += report.input_bytes;
     if (!report.repeated) result.geometry.output += report.bytes;
