@@ -46,11 +46,25 @@ class Dropper {
     Json& primitive = primitive_json(document_, id);
     Json* const attributes = object_field(primitive, "attributes");
     if (attributes == nullptr) return {};
+    const auto to_skip = [&] {
+      std::vector<std::string> found;
+      for (const auto& [semantic, index] : attributes->items())
+        if (skip_.contains(semantic)) found.push_back(semantic);
+      return found;
+    };
     skip_ = named_;
-    if (named_.contains(kUnusedAttributes)) add_unused(primitive, *attributes, id);
-    std::vector<std::string> found;
-    for (const auto& [semantic, index] : attributes->items())
-      if (skip_.contains(semantic)) found.push_back(semantic);
+    std::vector<std::string> found = to_skip();
+    const bool is_named = !found.empty();
+    add_unused(primitive, *attributes, id);
+    if (named_.contains(kUnusedAttributes)) {
+      found = to_skip();
+      if (!found.empty() && !is_named) dropped_.before[id] = primitive;
+    } else {
+      std::vector<std::string> unused = to_skip();
+      if (!is_named && !unused.empty() && !materials_of(primitive).empty())
+        dropped_.unused[id] = std::move(unused);
+      skip_ = named_;
+    }
     for (const std::string& semantic : found)
       if (const std::string reason = need(primitive, id, semantic); !reason.empty())
         return Status(StatusCode::kUsage, semantic + " cannot be skipped: " + reason, place_of(document_, id));
@@ -193,7 +207,6 @@ class Dropper {
 
 Expected<DroppedAttributes> drop_attributes(Document& document, const EncodeDocumentOptions& options,
                                             std::span<const PrimitiveId> ids) {
-  if (options.skip.empty()) return DroppedAttributes();
   Dropper dropper(document, options);
   for (const PrimitiveId id : ids)
     if (Status status = dropper.drop(id); !status.ok()) return status;

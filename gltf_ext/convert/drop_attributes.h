@@ -9,6 +9,7 @@
 
 #include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/json/json.h"
 #include "psplit/gltf.h"
 
 namespace psplit {
@@ -16,6 +17,11 @@ namespace psplit {
 struct DroppedAttributes {
   std::map<PrimitiveId, std::vector<std::string>> of_primitive;
   std::vector<int64_t> freed;  // accessors that may have no user now: see PrimitiveEditor::release
+  // Of primitives of which only unused attributes were dropped, the JSON before. One that is compressed and is
+  // not encoded again has to keep them.
+  std::map<PrimitiveId, Json> before;
+  // The unused attributes of other primitives that have a material.
+  std::map<PrimitiveId, std::vector<std::string>> unused;
 
   std::vector<std::string> of(PrimitiveId id) const {
     const auto found = of_primitive.find(id);

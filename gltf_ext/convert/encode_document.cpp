@@ -159,11 +159,18 @@ Status join_points(const Document& document, const EncodeDocumentOptions& option
 }
 
 // A Draco stream has its attributes until it is encoded again.
-Status note_dropped(const Document& document, const DroppedAttributes& dropped,
-                    const SkippedPrimitives& skipped, std::vector<EncodeJob>& jobs, EncodeReports& reports) {
+Status note_dropped(Document& document, DroppedAttributes& dropped, const SkippedPrimitives& skipped,
+                    std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   const auto is_compressed = [&](PrimitiveId id) {
     return document.records().primitive(id).storage() != PrimitiveStorage::kPlain;
   };
+  std::erase_if(dropped.before, [&](const auto& entry) {
+    return !skipped.contains(entry.first) || !is_compressed(entry.first);
+  });
+  for (auto& [id, json] : dropped.before) {
+    primitive_json(document, id) = std::move(json);
+    dropped.of_primitive.erase(id);
+  }
   for (const auto& [id, names] : dropped.of_primitive) {
     reports[id].dropped_attributes = names;
     const auto reason = skipped.find(id);
@@ -172,6 +179,7 @@ Status note_dropped(const Document& document, const DroppedAttributes& dropped,
           names.front() + " cannot be skipped: the primitive is left as it is, " + reason->second,
           place_of(document, id));
   }
+  for (auto& [id, names] : dropped.unused) reports[id].unused_attributes = std::move(names);
   for (EncodeJob& job : jobs)
     job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
   return {};

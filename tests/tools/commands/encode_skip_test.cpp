@@ -156,8 +156,23 @@ TEST_F(EncodeSkip, LeavesOutWhatNothingReads) {
     return names;
   };
   using Names = std::vector<std::string>;
+  const std::string advice = "nothing reads TEXCOORD_1 of 1 primitive; --skip unused leaves out";
+  ASSERT_EQ(encode(asset(), "all.gltf", {"--report", path("r.json")}), 0) << err_;
+  EXPECT_TRUE(contains(err_, advice)) << err_;
+  EXPECT_EQ(read_json("r.json")["unused_attributes"], nlohmann::json::parse(R"({"TEXCOORD_1":1})"));
   EXPECT_EQ(kept(asset()), (Names{"POSITION", "TEXCOORD_0"}));
   EXPECT_TRUE(contains(err_, "left out TEXCOORD_1 of 1 primitive"));
+  EXPECT_FALSE(contains(err_, advice));
+  // A Draco stream that stays as it is, here because all faces are degenerate, keeps what it has.
+  nlohmann::json degenerate = asset();
+  degenerate["accessors"][3].erase("bufferView");
+  ASSERT_EQ(encode(degenerate, "kept.gltf", {"--keep-degenerate", "--compat", "khr"}), 0) << err_;
+  must_run({"encode", path("kept.gltf"), path("unused.gltf"), "--skip", "unused"});
+  EXPECT_TRUE(contains(err_, "is left as it is")) << err_;
+  EXPECT_FALSE(contains(err_, "left out"));
+  EXPECT_EQ(read_json("unused.gltf")["meshes"], read_json("kept.gltf")["meshes"]);
+  fails(5, {"encode", path("kept.gltf"), path("x.gltf"), "--skip", "TEXCOORD_1"},
+        "the primitive is left as it is");
   // A set that is read keeps those before it, because glTF counts from 0 without gaps.
   nlohmann::json json = asset();
   json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1;

@@ -56,6 +56,7 @@ Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& re
   return {{"input", arguments.input},
           {"output", arguments.output},
           {"dropped_attributes", result.dropped_attributes},
+          {"unused_attributes", result.unused_attributes},
           {"verified", arguments.encode.options.verify},
           {"threads", session.pool.thread_count()},
           {"files", sizes_json(sizes)},
@@ -254,6 +255,7 @@ Status run_encode(const EncodeCommandArguments& arguments, const Session& sessio
   session.log.note(
       written_text(arguments.output, sizes,
                    summary + "; " + as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
+  if (const std::string unused = unused_text(result); !unused.empty()) session.log.note(unused);
   return {};
 }
 

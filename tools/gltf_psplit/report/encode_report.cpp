@@ -181,6 +181,8 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
     if (!report.dropped_attributes.empty()) object["dropped_attributes"] = report.dropped_attributes;
     for (const std::string& attribute : report.dropped_attributes) ++result.dropped_attributes[attribute];
+    if (!report.unused_attributes.empty()) object["unused_attributes"] = report.unused_attributes;
+    for (const std::string& attribute : report.unused_attributes) ++result.unused_attributes[attribute];
     result.primitives.push_back(std::move(object));
   }
   return result;
@@ -201,6 +203,13 @@ void warn_of_result(const EncodeResult& result, const Log& log, const std::strin
   if (result.geometry.output <= result.geometry.input) return;
   log.warning(file + ": the meshes take " + with_separators(result.geometry.output) + " bytes, more than the " +
               with_separators(result.geometry.input) + " of the input");
+}
+
+std::string unused_text(const EncodeResult& result) {
+  std::string text;
+  for (const auto& [attribute, count] : result.unused_attributes)
+    text += (text.empty() ? "nothing reads " : ", ") + attribute + " of " + counted(count, "primitive");
+  return text.empty() ? text : text + "; --skip unused leaves out what nothing reads";
 }
 
 std::string changes_text(const EncodeStatistics& statistics) {

@@ -48,6 +48,7 @@ struct EncodeResult {
   uint64_t unsplit_streams = 0;  // primitives of draco_count whose geometry no earlier one has
   // Attributes that the user skips, and the number of primitives that had each.
   std::map<std::string, size_t> dropped_attributes;
+  std::map<std::string, size_t> unused_attributes;  // those that --skip unused would leave out
   // Of quantized positions: the least and the most bits, about how many there are, and the sum of their bits.
   int least_bits = 0, most_bits = 0;
   uint64_t quantized_positions = 0, bits_of_positions = 0;
@@ -61,6 +62,9 @@ void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const
 
 // Warns if the geometry takes more bytes than before, and of skipped attributes that no primitive has.
 void warn_of_result(const EncodeResult& result, const Log& log, const std::string& file);
+
+// Advice about attributes that no material and no skin reads; empty if there are none.
+std::string unused_text(const EncodeResult& result);
 
 // How the meshes changed: "merged 12 duplicate points, dropped 3 degenerate faces"; empty if they did not.
 std::string changes_text(const EncodeStatistics& statistics);
