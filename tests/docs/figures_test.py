@@ -42,7 +42,7 @@ kCells = [
     ("README.md", rf"- {N} assets as people ship them", typical, rf"^\| 5 \| {N} \|"),
     ("README.md", rf"one thread: {N} to {N} times as fast as libdraco", typical, rf"^\| [035] \| 40 \| {N} \|"),
     ("README.md", rf"as libdraco, at least {N} times", typical, rf"^\| [035] \| 40 \| [\d.]+ \| {N} \|"),
-    ("README.md", rf"default for {N} of these", typical, rf"^\| 1\.2, codec 1 \| brotli .* {N} of 40"),
+    ("README.md", rf"default for {N} of these", typical, rf"^\| 5 \| 1\.2, codec 1 \| brotli .* {N} of 40"),
     ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"`encode` takes {N} of the time .* and {N} and"),
     ("README.md", rf"and {N} to {N} on two threads", encoding, rf"one thread and {N} on two, and [\d.]+ and {N} on"),
     ("docs/manual.md", rf"The Dragon's file takes {N} bytes", profile, rf"by default, {N} "),
