@@ -83,7 +83,9 @@ def speed_rows(results):
         for refined in (True, False) if model.unprocessed else (True,):
             title = model.title if refined else f"{model.title}, unprocessed"
             stated = [kPaperSpeedups.get((model.name, patches)) if refined else None for patches in kPatches]
-            yield [title, "paper, GeForce GTX 580", "", *("not in the text" if s is None else f"{s}x" for s in stated)]
+            if any(stated):
+                yield [title, "paper, GeForce GTX 580", "", *("not in the text" if s is None else f"{s}x" for s in stated)]
+                title = ""
             for coding in kCodings:
                 run = runs[run_name(coding, refined)]
                 stock = run["stock"]
@@ -93,7 +95,8 @@ def speed_rows(results):
                     for split in run["splits"]:
                         row = decode_of(split, decoder)
                         cells.append(f"{row['speedup']:.2f}x ({timing(row['median_ms'], row['min_ms'], row['max_ms'])})")
-                    yield ["", f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
+                    yield [title, f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
+                    title = ""
 
 
 def cut_rows(results):
