@@ -1,5 +1,4 @@
-// How many bits positions need on their grid: so few that the edges of the mesh, or a bound on the error,
-// allow.
+// The bits of positions on their grid: the fewest that the edges of the mesh, or a bound on the error, allow.
 #pragma once
 
 #include <array>

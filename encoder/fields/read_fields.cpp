@@ -151,7 +151,7 @@ class FieldsReader {
  private:
   using ListedSymbols = core::ValenceSymbols<uint32_t>;
 
-  // Memory that the bytes of the stream must justify.
+  // Takes `bytes` of the memory that the stream's size justifies. Returns false if less is left.
   bool claim(uint64_t bytes) {
     if (bytes > bytes_left_) return false;
     bytes_left_ -= bytes;
