@@ -58,7 +58,7 @@ struct PrimitiveTask {
   uint32_t point_count = 0;          // of all streams
   uint32_t first_point = 0;          // the point of a target's first value
   const DeviceHead* head = nullptr;  // of condensed streams
-  bool is_stitched = true;           // if not, every stream has all its points, one stream after the other
+  bool is_stitched = true;           // if not, results have all points of each stream, one after the other
   void* indices = nullptr;           // three for each face
   uint32_t index_bytes = 4;          // 2 or 4
   // May be null. For each stream, the three smallest and the three largest values of the first target.

@@ -24,8 +24,8 @@ enum class Alone { kNone, kWhole, kAll };
 // What the door's options say about one mesh whose codings are chosen.
 struct StreamOptions {
   uint32_t patch_count = 1;
-  // If not 0, patches that take more bytes than one stream, by more than so many percent, become fewer, or one.
-  // Not with patch_of_face, nor with encode_parts.
+  // If not 0: where patches take more bytes than one stream, by more than this percentage, there are fewer of
+  // them, or one. Has no effect with patch_of_face and encode_parts.
   uint32_t most_split_percent = 0;
   // The container is to be condensed: its patches will share their tables, so that these do not count.
   bool shares_tables = false;

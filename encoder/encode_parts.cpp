@@ -594,7 +594,7 @@ Status PartsEncoder::encode(const PartView& part) {
   if (Status status = check_shared_points(part, shared_count); !status.ok()) return status;
   if (encoded_.requests.empty()) encoded_.requests = stream_requests(part.mesh);
   if (!same_attributes(encoded_.requests, part.mesh))
-    return invalid_input("its attributes are not those of part 0");
+    return invalid_input("its attributes differ from those of part 0");
   // A residue is the last stream. So other parts may follow only if patches hold all of this one.
   Status status;
   if (options_.streams.alone == Alone::kAll || is_regular(part.mesh)) {

@@ -131,7 +131,7 @@ bool has_rows(const Mesh& mesh) {
 // Whether the streams may take over options.most_split_percent more than one stream. This finds all such meshes
 // of the corpus. The smallest coding is less even: the size of its one stream is known only once it is encoded.
 bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
-  // A reference of a run takes a tenth of a byte, and one that is named alone about so many.
+  // Bytes of a reference that is stored alone; one that belongs to a run takes a tenth of a byte.
   constexpr double kReferenceBytes = 1.2;
   if (options.choose_by_bytes) return true;
   // The bound is not exact: predictions at borders are worse, too, and one stream may have larger tables. Of

@@ -69,7 +69,7 @@ std::vector<MeshFilePart> parts_with_texcoords(MeshFilePart whole, const FaceTex
     const bool exists = texture < static_cast<int64_t>(materials.size());
     faces_of_texture[exists ? texture : FaceTexcoords::kNoTexture].push_back(face);
   }
-  losses.add("vertex of no face is left out", "vertices of no face are left out",
+  losses.add("vertex without a face is left out", "vertices without a face are left out",
              static_cast<uint64_t>(std::ranges::count(used_points(mesh), uint8_t{0})));
   std::vector<MeshFilePart> parts;
   for (const auto& [texture, faces] : faces_of_texture) {

@@ -22,9 +22,10 @@ struct FaceTexcoords {
   }
 };
 
-// Gives the coordinates to points: a point with different ones at different corners becomes several. Faces with
-// the same texture become a part, and faces without coordinates another. `materials` has the material of each
-// texture. Texture coordinates of points, and points without a face, are left out and count as losses.
+// Gives the texture coordinates of corners to points: a point whose corners differ becomes several points.
+// Faces with the same texture become a part, and faces without coordinates another. `materials` has the
+// material of each texture. Texture coordinates of points, and points without a face, are left out and count as
+// losses.
 std::vector<MeshFilePart> parts_with_texcoords(MeshFilePart whole, const FaceTexcoords& texcoords,
                                                std::span<const int64_t> materials, Losses& losses);
 

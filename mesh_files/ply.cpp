@@ -63,7 +63,7 @@ class VertexLayout {
       attributes_.push_back({own_.add(property.name), stored_type_of(property.type), 1, false, {}});
       kept += (kept.empty() ? "" : ", ") + attributes_.back().semantic;
     }
-    if (!kept.empty()) losses.say("other numbers of vertices are kept: " + kept);
+    if (!kept.empty()) losses.say("other properties of vertices become attributes: " + kept);
     return true;
   }
 

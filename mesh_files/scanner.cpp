@@ -228,7 +228,7 @@ const char* parse_plain_double(const char* at, const char* end, double& value) {
   int power = 0, digit_count = 0;
   const auto read_digits = [&] {
     const char* const begin = at;
-    // Up to two words cannot overflow. A number of more digits is refused below.
+    // Two words of digits cannot overflow. Numbers with more digits are refused below.
     for (int words = 0; words < 2 && end - at >= ptrdiff_t{kDigitsOfWord}; ++words) {
       const DigitsOfWord of_word = digits_of_word(at);
       digits = kPowersOfDigits[of_word.count] * digits + of_word.number;

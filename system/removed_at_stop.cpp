@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-// The names. Whoever takes a name out of its place owns it.
+// The names of the files. A thread that takes a name out of its place owns it.
 constexpr size_t kMostRemovedAtStop = 64;
 std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
 

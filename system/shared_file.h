@@ -25,7 +25,7 @@ namespace shared_file {
 enum class Access {
   kRead,    // the file must exist
   kWrite,   // it is made if it does not exist
-  kAppend,  // the same; each append() goes to its end, whoever else writes
+  kAppend,  // made if it does not exist; each append() goes to its end, whichever processes write
 };
 // The descriptor, or -1.
 int open(const std::filesystem::path& path, Access access);

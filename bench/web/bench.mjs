@@ -1,6 +1,6 @@
 // Measures decoders of the web on the same meshes, in one process, in turn:
 //
-//   node bench.mjs FOLDER ROUNDS [--only NAMES] [--rival FILE]...   the tables of docs/web.md, as Markdown
+//   node bench.mjs FOLDER ROUNDS [--only NAMES] [--rival FILE]...   the tables of docs/measured/web.md, as Markdown
 //   node bench.mjs --first NUMBER FOLDER MESH [--rival FILE]...   the CPU time that decoder NUMBER takes for a page's first mesh
 //
 // Each decoder has an instance of its own. Its first calls are not counted: code is compiled while they run. Times are medians

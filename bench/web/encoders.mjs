@@ -1,6 +1,6 @@
 // Measures encoders of the web on the same meshes, in one process, in turn:
 //
-//   node encoders.mjs ROUNDS FACES [GLB...]   the tables of docs/web.md, as Markdown; also of plain assets
+//   node encoders.mjs ROUNDS FACES [GLB...]   the tables of docs/measured/web.md, as Markdown; also of plain assets
 //
 // Each encoder has an instance of its own for each mesh, and builds the mesh and encodes it in each round. Times are medians of
 // the rounds' CPU time, ratios medians of the rounds' ratios. The bytes have to be the same.

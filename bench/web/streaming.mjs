@@ -3,7 +3,7 @@
 //
 //   node streaming.mjs FOLDER ROUNDS MBITS...   FOLDER has assets as NAME.plain.glb, .stock.glb, .patches.glb, .condensed.glb
 //
-// A server of this process sends all that a page asks for at so many Mbit/s together. The loaders are three's GLTFLoader with
+// A server of this process sends everything that a page asks for, at MBITS Mbit/s in total. The loaders are three's GLTFLoader with
 // DRACOLoader, with meshopt_decoder, with PsplitPlugin, and psplit's loadStreaming. Each load is in a page of its own. The code
 // of the page and of the decoders is there before the load begins; drawing is not measured, which is the same for all. Files are
 // sent as they are, except meshoptimizer's, which glTF-Transform makes on grids of the same bits: that coding is made for

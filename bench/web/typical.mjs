@@ -1,6 +1,6 @@
 // Measures decoders of Draco streams on assets as they are shipped, in one process, in turn:  node typical.mjs ROUNDS GLB...
 //
-// Prints the table of docs/web.md. Each asset's primitives are decoded one after the other, as a loader does. Each decoder has an
+// Prints the table of docs/measured/web.md. Each asset's primitives are decoded one after the other, as a loader does. Each decoder has an
 // instance of its own for all assets. Times are medians of the rounds after the first ones; a ratio is the median of the rounds'
 // ratios.
 import path from 'node:path';

@@ -128,7 +128,7 @@ class Threads {
   const ThreadPool* kept_ = nullptr;
   std::unique_ptr<const ThreadPool> own_;
 };
-// kUsage if there cannot be so many.
+// kUsage if `count` is negative or above the largest number of threads.
 Status check_thread_count(int32_t count);
 
 // glTF's type for one of ours; nothing if it has none.

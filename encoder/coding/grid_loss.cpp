@@ -234,7 +234,7 @@ double ValueSpread::extent(size_t component) const {
 }
 
 double ValueSpread::inner_extent(size_t component) const {
-  constexpr size_t kTrimmed = 50;  // one of so many at each end
+  constexpr size_t kTrimmed = 50;  // drops one of 50 values at each end
   std::vector<float> sample = components_[component].sample;
   if (sample.empty()) return 0;
   const auto cut = static_cast<std::ptrdiff_t>(sample.size() / kTrimmed);

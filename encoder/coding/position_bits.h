@@ -1,5 +1,4 @@
-// How many bits positions need on their grid: so few that the edges of the mesh, or a bound on the error,
-// allow.
+// The bits of positions on their grid: the fewest that the edges of the mesh, or a bound on the error, allow.
 #pragma once
 
 #include <array>
@@ -49,7 +48,7 @@ class EdgeSample {
 };
 
 // The grid step that the edges allow: a twentieth of the length that 95 % of them exceed. On 23 scans and
-// similar surfaces, 95 % of the faces then turn by less than 2.4 degrees (docs/decisions.md). 0 if there are no
+// similar surfaces, 95 % of the faces then turn by less than 2.4 degrees (docs/precision.md). 0 if there are no
 // lengths.
 double step_for_edges(std::vector<float> lengths);
 

@@ -158,7 +158,7 @@ void DeltaSample::add(const DecodedSource& source, std::span<const core::DeltaMo
       Corrections& corrections = corrections_.emplace_back();
       is_some_.push_back(is_some(source, model, order.vertex(i)));
       for (uint32_t k = 0; k < kDeltaComponents; ++k) {
-        // What is far beyond is not what a reference is for.
+        // Clamps the sums: a reference does not help with deltas that are larger.
         const auto narrow = [](int64_t sum) {
           constexpr int64_t kMost = 1 << 15;
           return static_cast<int32_t>(std::clamp(rounded(sum), -kMost, kMost));

@@ -24,7 +24,7 @@ struct CondensedPatch {
 // The bytes of a condensed stream by section, which sum to its size. Errors: as for expand_stream.
 Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedPatch& patch);
 
-// The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.
+// The Draco stream of a condensed patch. The patch may be hostile. Errors: kInvalidInput. Thread-safe.
 Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedPatch& patch);
 
 }  // namespace psplit

@@ -99,7 +99,8 @@ class FieldsReader {
     Fault fault = read_symbols(count, components, attribute.symbols);
     if (fault == Fault::kNone && is_raw)
       fields_.possible_levels &= possible_symbol_levels(attribute.symbols, symbol_bits);
-    // The grid's numbers follow, because normals on a grid have none of the other fields before them.
+    // The numbers of the grid follow directly: normals on a grid have none of the fields that could precede
+    // them.
     if (fault == Fault::kNone && attribute.skeleton.has_grid()) {
       core::PredictionData data;
       data.transform = predicted.transform;
@@ -150,7 +151,7 @@ class FieldsReader {
  private:
   using ListedSymbols = core::ValenceSymbols<uint32_t>;
 
-  // Memory that the bytes of the stream must justify.
+  // Takes `bytes` of the memory that the stream's size justifies. Returns false if less is left.
   bool claim(uint64_t bytes) {
     if (bytes > bytes_left_) return false;
     bytes_left_ -= bytes;

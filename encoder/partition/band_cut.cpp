@@ -117,7 +117,7 @@ void BandCut::augment(uint32_t bridge) {
     nodes_[node].parent = kNone;
     orphans_.push_back(node);
   };
-  // A node is orphaned only after its parent was read, because the walk goes on there.
+  // Reads a node's parent before it orphans the node, because the walk continues at the parent.
   const auto send_along = [&](uint32_t node) {
     while (nodes_[node].parent != kTerminal) {
       const uint32_t above = arcs_[nodes_[node].parent].to;

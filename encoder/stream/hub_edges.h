@@ -17,11 +17,11 @@ class HubEdges {
   // What a search found.
   struct Found {
     uint32_t corner = kNone;   // of the edge; kNone if there is none
-    bool passed_some = false;  // whether edges between the two vertices were passed over, or are taken
+    bool passed_some = false;  // whether the set has edges before it, or none that fits
   };
 
-  // Adds an edge as the last of its set; with the corner kNone one that is taken. Returns whether the set had
-  // edges before, taken ones included.
+  // Adds an edge as the last of its set. An edge with the corner kNone counts as taken. Returns whether the set
+  // had edges before, taken ones included.
   bool add(uint32_t from, uint32_t to, uint32_t corner, uint32_t apex) {
     const auto added = static_cast<uint32_t>(edges_.size());
     edges_.push_back({corner, apex, kNone, corner == kNone});

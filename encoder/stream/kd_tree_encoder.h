@@ -28,8 +28,8 @@ struct TreePoints {
   size_t row_size() const { return size_t{axis_count} + 1; }
 };
 
-// The level of compression that a tree of so many axes has at a speed, 0 to 10: of the highest level, which
-// chooses the axis of each cut, up to 15 axes.
+// The level of compression of a tree with `axis_count` axes at a speed of 0 to 10. Trees of more than 15 axes
+// never have the highest level, which chooses the axis of each cut.
 uint8_t tree_level(int speed, uint32_t axis_count);
 
 // Appends the tree of fewer than 2^31 points and at least one axis. Returns the numbers of the points in the

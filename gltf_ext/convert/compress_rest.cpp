@@ -158,7 +158,8 @@ class RestCompressor {
       auto& [index, chosen] = dense[i];
       const auto& [indices, values] = pairs.at(index);
       RestColumn column = dense_column(document_.records().accessor(index), *indices, *values);
-      // What "sparse" takes in the JSON of a GLB beyond what "bufferView" does, and at the end of each stream.
+      // The bytes that "sparse" takes in a GLB's JSON beyond those of "bufferView", and the bytes at the end of
+      // each stream.
       constexpr size_t kSparseJson = 100, kTail = 32;
       if (bytes_alone(column) + kTail <= bytes_alone(*indices) + bytes_alone(*values) + kSparseJson)
         chosen = std::move(column);
@@ -306,7 +307,7 @@ class RestCompressor {
   std::vector<RestColumn> columns_;
   std::map<std::pair<JoinKey, bool>, JoinedView> joined_;
   std::set<int64_t> views_;          // the views that were made
-  std::map<int64_t, bool> rounded_;  // accessors whose values are others than before; whether of vertices
+  std::map<int64_t, bool> rounded_;  // accessors whose values changed; whether they are of vertices
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ struct DroppedAttributes {
   }
 };
 
-// Removes the attributes of options.skip, and for kUnusedAttributes those that nothing reads, from the
+// Removes the attributes of options.skip, and for kUnusedAttributes all that nothing reads, from the
 // primitives, from their morph targets and from what their Draco extension lists; the stream itself keeps them
 // until the primitive is encoded again. kUsage, and an unusable document, if the asset needs one of them:
 // POSITION, coordinates of a texture, a skin, a feature id, metadata, a set that another set follows, all that

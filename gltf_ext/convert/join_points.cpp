@@ -55,8 +55,8 @@ uint64_t bytes_of_point(const EncodeJob& job, bool with_fallback) {
   return bytes;
 }
 
-// The most that a container takes beside its bytes: its extension in both lists, and padding of the streams and
-// of what follows. All other JSON is as with stock Draco, with smaller numbers.
+// An upper bound of the bytes that a container costs the file beside its own: the names in both lists of
+// extensions, and padding. The rest of its JSON is no longer than that of stock Draco.
 uint64_t most_other_bytes(const EncodeJob& job) {
   constexpr uint64_t kListed = 2 * (std::string_view(kExtensionName).size() + 8), kAlignment = 4;
   return kListed + kAlignment * (1 + job.source.mesh.attributes.size() + job.morphs.size());

@@ -226,7 +226,7 @@ class PrimitiveChecker {
     describe_decoded(wanted, decoded, true);
     for (const char* name : {"min", "max"})
       if (!is_bound(field(accessor, name), wanted[name]))
-        report("accessor-bounds", what + ": " + name + " is not that of the decoded values");
+        report("accessor-bounds", what + ": " + name + " differs from that of the decoded values");
   }
 
   const Document& document_;

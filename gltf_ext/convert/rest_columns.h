@@ -29,7 +29,7 @@ struct RestColumn {
   int64_t view = -1;  // in which the values are
   RestView needs = RestView::kPacked;
   bool is_of_vertices = false;  // also of sparse values
-  size_t width = 0;             // the bytes of an element, with those that pad it in a view of vertices
+  size_t width = 0;             // the bytes of an element, with the padding of a view of vertices
   size_t row = 0;               // the bytes of a row
   RestPrecision precision{};
   std::vector<uint8_t> values{};  // whole elements, without gaps

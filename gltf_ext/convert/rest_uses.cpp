@@ -120,8 +120,8 @@ class UseFinder {
     return {};
   }
 
-  // The exponent of a step no larger than that of the grids that the streams of the mesh have. Nothing if one
-  // has none. A mesh without streams gets the step that they would have had.
+  // The exponent of a step that is at most the step of each grid of positions in the mesh. Nothing if a stream
+  // has no grid. A mesh without streams gets the step that its streams would have.
   std::optional<int> step_of(size_t mesh) const {
     std::optional<double> step;
     const std::vector<PrimitiveRecord>& primitives = records_.meshes[mesh];

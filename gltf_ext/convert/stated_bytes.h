@@ -17,8 +17,8 @@ struct StatedBytes {
   bool fit_into(const MemoryLimit& limit) const { return limit.allows(stored + 2 * decoded); }
 };
 
-// Zeros if the primitive is plain, and if the stored bytes do not justify the counts of its accessors: decoding
-// finds that error.
+// Zeros if the primitive is plain, or if its stored bytes do not justify the counts of its accessors, an error
+// that decoding finds.
 StatedBytes stated_bytes(const Document& document, PrimitiveId id);
 
 // The sum. Equal primitives, which share the decoded data, count once.

@@ -22,7 +22,8 @@ bool is_wide_integer(DataType type) {
          type == DataType::kUint64;
 }
 
-// The grid that integers are on which became floats. Nothing if there is no such grid.
+// The grid of step 1 of an attribute that has wide integers in the stream and floats in glTF. No grid if it has
+// not, or if the numbers need more than 24 bits.
 AttributeCoding grid_of_integers(const StreamDescription& stream, uint32_t unique_id,
                                  const Attribute& attribute) {
   const auto found = std::ranges::find(stream.attributes, unique_id, &StreamAttribute::unique_id);

@@ -109,7 +109,7 @@ class StockChecker {
       if (stated == nullptr) continue;
       if (wanted.empty()) describe_decoded(wanted, values, true);
       if (!is_near(*stated, wanted[name], step))
-        report("accessor-bounds", semantic + ": " + name + " is not that of the decoded values");
+        report("accessor-bounds", semantic + ": " + name + " differs from that of the decoded values");
     }
   }
   static bool is_near(const Json& stated, const Json& decoded, double step) {

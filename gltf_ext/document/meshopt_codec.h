@@ -19,7 +19,7 @@ bool is_readable_meshopt(const MeshoptRecord& view, std::span<const uint8_t> byt
 // The preconditions of the decoders, some of which meshoptimizer only asserts.
 bool is_legal_meshopt(const MeshoptRecord& view);
 
-// The most bytes that so many compressed bytes of their codec can hold.
+// An upper bound of the decoded bytes that `bytes`, in the view's codec, can hold.
 uint64_t most_decoded_bytes(const MeshoptRecord& view, std::span<const uint8_t> bytes);
 
 // Decodes a legal view into view.decoded_bytes() bytes, without undoing its filter. Returns false if the bytes

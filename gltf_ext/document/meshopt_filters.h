@@ -24,8 +24,8 @@ std::vector<uint8_t> filter_to_multiples(std::span<const float> values, int expo
 // the others.
 std::vector<uint8_t> lift_multiples(std::span<const uint8_t> rows);
 
-// The exponent whose multiples have that many bits, with their sign, for the largest of the values. Nothing if
-// it is near to the ends of floats, where products would overflow or lose bits.
+// The exponent of a step of which the largest value is a multiple of `bits` bits, sign included. Nothing if it
+// is near the ends of the range of floats, where products would overflow or lose bits.
 std::optional<int> exponent_for_bits(std::span<const float> values, int bits);
 
 // QUATERNION: unit quaternions of four floats, to numbers of 4 to 16 bits. Each becomes itself or its opposite,

@@ -91,7 +91,7 @@ class Decoder {
 
   bool is_at_end() const { return bytes_.empty(); }
 
-  // Null if there are not so many bytes.
+  // The next `count` bytes; null if fewer are left.
   const uint8_t* take(size_t count) {
     if (count > bytes_.size()) return nullptr;
     const uint8_t* const at = bytes_.data();
@@ -163,7 +163,7 @@ struct GroupCounts {
   }
 };
 
-// The bytes that a group takes with so many bits for each delta.
+// The bytes that a group takes with `bits` bits a delta; kNever with 0 bits, if a delta is not 0.
 constexpr size_t kNever = std::numeric_limits<size_t>::max() / kMostBlockRows;
 size_t group_bytes(const GroupCounts& counts, unsigned bits) {
   switch (bits) {

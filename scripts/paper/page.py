@@ -83,7 +83,9 @@ def speed_rows(results):
         for refined in (True, False) if model.unprocessed else (True,):
             title = model.title if refined else f"{model.title}, unprocessed"
             stated = [kPaperSpeedups.get((model.name, patches)) if refined else None for patches in kPatches]
-            yield [title, "paper, GeForce GTX 580", "", *("not in the text" if s is None else f"{s}x" for s in stated)]
+            if any(stated):
+                yield [title, "paper, GeForce GTX 580", "", *("not in the text" if s is None else f"{s}x" for s in stated)]
+                title = ""
             for coding in kCodings:
                 run = runs[run_name(coding, refined)]
                 stock = run["stock"]
@@ -93,7 +95,8 @@ def speed_rows(results):
                     for split in run["splits"]:
                         row = decode_of(split, decoder)
                         cells.append(f"{row['speedup']:.2f}x ({timing(row['median_ms'], row['min_ms'], row['max_ms'])})")
-                    yield ["", f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
+                    yield [title, f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
+                    title = ""
 
 
 def cut_rows(results):
@@ -133,21 +136,21 @@ def trend_lines(results):
     def speedups(model, name):
         return [decode_of(split, decoder)["speedup"] for split in results["models"][model]["runs"][name]["splits"]]
 
+    def by_coding(say):
+        return "; ".join(f"{coding} {say(coding)}" for coding in kCodings) + "."
+
+    def growing(coding):
+        rising = [model.title for model in kModels if speedups(model.name, coding) == sorted(speedups(model.name, coding))]
+        return f"for {len(rising)} of {len(kModels)} models" + (f" ({', '.join(rising)})" if rising else "")
+
     def ratios(ours, others):
         return ", ".join(f"{a / b:.2f}" for a, b in zip(ours, others))
 
-    for coding in kCodings:
-        growing = [model.title for model in kModels
-                   if speedups(model.name, coding) == sorted(speedups(model.name, coding))]
-        yield (f"The paper: the speed-up \"gets higher when there are more partitions\". Ours, {coding}: it grows from each "
-               f"number of patches to the next for {len(growing)} of {len(kModels)} models"
-               + (f" ({', '.join(growing)})." if growing else "."))
-        yield (f"The paper: the speed-up of the unprocessed Happy Buddha \"is much lower\". Ours, {coding}, unprocessed divided "
-               "by processed: "
-               f"{ratios(speedups('happy', run_name(coding, False)), speedups('happy', coding))}.")
-        yield (f"The paper: the scene's speed-up \"is lower than the 3D models with similar size\". Ours, {coding}, scene "
-               "divided by statue: "
-               f"{ratios(speedups('scene', coding), speedups('statue', coding))}.")
+    yield ("It \"gets higher when there are more partitions\". Ours grows from each number of patches to the next: " + by_coding(growing))
+    yield ("That of the unprocessed Happy Buddha \"is much lower\". Ours, unprocessed divided by processed: " + by_coding(
+        lambda coding: ratios(speedups("happy", run_name(coding, False)), speedups("happy", coding))))
+    yield ("The scene's \"is lower than the 3D models with similar size\". Ours, scene divided by statue: " + by_coding(
+        lambda coding: ratios(speedups("scene", coding), speedups("statue", coding))))
 
 
 def source_lines(results):
@@ -161,24 +164,19 @@ def source_lines(results):
 
 def method_lines(results):
     machine = results["machine"]
-    yield ("**lossless**: every float of every position is unchanged, as in the paper. **quantized**: positions at 14 bits, "
-           "psplit's default.")
-    yield ("**sequential**: stock Draco. The whole mesh is one Edgebreaker stream (the scene: one for each of its meshes) "
-           f"at speed 5, decoded by libdraco on one thread. {machine['draco']}")
-    yield ("**unprocessed**: the partition before refinement (`--no-refine`). Its patches consist of whole cells, and their "
-           "borders are as jagged as the cells'.")
-    yield ("The paper has its own Edgebreaker coder, and measured on a 2.8 GHz Phenom II and a GeForce GTX 580. Our patches "
-           "are Draco streams: each has its own header, its own entropy tables, and all values of the points on its "
-           "borders. The paper's patches refer to one shared array instead. So percentages can be compared, megabytes only "
-           "roughly. For Happy Buddha the paper's table has two figures a row; they are taken as those of 512 and 2,048 "
-           "patches.")
-    yield ("A speed-up is the sequential time divided by the patches' time. Each time is of a whole call, from bytes in the "
-           "host's memory to a stitched mesh in newly allocated memory of the host"
+    yield ("**lossless**: every float stays, as in the paper. **quantized**: positions at 14 bits, psplit's default. "
+           "**unprocessed**: the partition before refinement (`--no-refine`).")
+    yield ("**sequential**: stock Draco, one stream for each mesh at speed 5, decoded by libdraco on one thread. "
+           f"{machine['draco']}")
+    yield ("The paper measured on a 2.8 GHz Phenom II and a GeForce GTX 580. Its patches refer to one shared array; ours are Draco "
+           "streams, each with its own header, entropy tables and values of its border. So percentages can be compared, "
+           "megabytes only roughly. The paper's two figures of Happy Buddha are taken as those of 512 and 2,048 patches.")
+    yield ("A speed-up is the sequential time divided by the patches' time, from bytes in the host's memory to a stitched mesh in new "
+           "memory of the host"
            + (", including transfers to and from the device. The paper's time is of the decompression on the GPU alone."
               if machine["gpu"] else "."))
     rounds = f"{results['repeat']} interleaved rounds" if results["repeat"] != 1 else "One interleaved round"
-    yield (f"{rounds} after a warm-up round. In a round every decoder decodes once, all in one process for each model and "
-           "coding. The tables have the median, then the least and the greatest time.")
+    yield (f"{rounds} after a warm-up round, in one process for each model and coding: the median, the least and the greatest time.")
 
 
 def prose(words):
@@ -198,16 +196,14 @@ def page(results, chart=None):
     scaled = "" if results["faces_scale"] == 1 else (
         f"\n**Not the paper's sizes:** models and numbers of patches are {results['faces_scale']:g} times as large.\n")
     stand_ins = "" if all("stand-in" not in entry["source"] for entry in results["models"].values()) else "\n" + prose(
-        "Stand-ins are generated isosurfaces. They are manifold and, except for the scene's terrain, closed. They have no "
-        "noise and no holes of a scan, so their bytes are not those of the paper's models.") + "\n"
+        "Stand-ins are generated surfaces without noise and holes of a scan, so their bytes are not those of the paper's "
+        "models.") + "\n"
     picture = f"\n![Speed-ups by number of patches]({chart})\n\nDashed lines with (*) are unprocessed, as in the paper.\n" \
         if chart else ""
     return f"""# The paper's measurements, and ours
 
-{prose("`scripts/reproduce-paper` writes this page. It repeats the measurements of table 1 and figure 12 of Zhao, Tang, Tong: "
-       "*Connectivity-Based Segmentation for GPU-Accelerated Mesh Decompression* (2012), and shows the paper's own figures "
-       "beside ours. "
-       f"Speed-ups are {whose}.")}
+{prose("`scripts/reproduce-paper` writes this page: table 1 and figure 12 of Zhao, Tang, Tong, *Connectivity-Based Segmentation for "
+       f"GPU-Accelerated Mesh Decompression* (2012), beside ours. Speed-ups are {whose}.")}
 {scaled}
 ```sh
 {results['command']}
@@ -234,7 +230,7 @@ The paper shows them in a picture; its text gives one figure, up to 48.5x.
 
 {speed_table(results)}
 {picture}
-What the paper says about its figure, and our result:
+What the paper says about the speed-up, and our result:
 
 {items(trend_lines(results))}
 

@@ -20,7 +20,7 @@ bool needs_values(const PatchContainer& container) {
   return core::kReadsCondensed && !container.is_stock && container.has_borders();
 }
 
-// The most that the walk of a patch can have.
+// Upper bounds of a patch's border walk: its places, and the numbers of their values.
 struct WalkSize {
   uint64_t places = 0, numbers = 0;
 

@@ -263,7 +263,7 @@ template <uint32_t kCount, typename Index, StreamKinds kKinds, typename GoOn>
 PSPLIT_HD void finish_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount],
                               GoOn go_on) {
   for (;;) {
-    // Those at the earliest stop go on. The others wait until these have come as far.
+    // The decoders at the earliest stop go on. The others wait until all are at their stop.
     PatchDecoder<Index, kKinds>* at[kCount];
     Fault* fault_of[kCount];
     uint32_t count = 0;

@@ -30,7 +30,8 @@ struct TreeAxis {
 class KdTree {
  public:
   static constexpr uint8_t kMostLevel = 6;
-  // At this level the stream says along which axis a box is halved, in so many bits, if it has so many points.
+  // At the highest level, the stream says in kAxisBits bits along which axis a box of kFewestForAxis points or
+  // more is halved.
   static constexpr uint32_t kAxisBits = 4, kFewestForAxis = 64;
 
   PSPLIT_HD static constexpr NumberCoding number_coding(uint8_t level) {

@@ -50,7 +50,7 @@
 #define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
 #endif
 
-// The pointer, which the compiler takes for one to aligned memory.
+// The pointer; tells the compiler that it is aligned.
 #if defined(PSPLIT_HAS_BUILTINS)
 #define PSPLIT_ASSUME_ALIGNED(pointer, alignment) __builtin_assume_aligned(pointer, alignment)
 #else

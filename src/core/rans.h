@@ -312,7 +312,8 @@ class RansSymbols {
   }
 
   // The number of symbols that next_fast may decode before this must be asked again: a symbol takes at most
-  // three bytes. A device looks at each symbol whether there are bytes, as it has no time for a slow end.
+  // three bytes. A device checks for bytes at each symbol instead, because lanes would wait for a slow last
+  // loop.
   PSPLIT_HD size_t fast_steps() const { return PSPLIT_MOVES_ROWS ? ~size_t{0} : size_ / 3; }
 
   // Decodes one symbol without branches, except for a rare search: the number of bytes that are due is

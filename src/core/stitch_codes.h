@@ -65,8 +65,8 @@ class ExpectedStart {
   PSPLIT_HD ExpectedStart(uint32_t start, uint32_t length, bool forward)
       : next_(forward ? int64_t{start} + length : int64_t{start} - length), sign_(forward ? 1 : -1) {}
 
-  // For a run that begins `skip` places later. `step` is what the prediction is off by, so `start` may return
-  // any number.
+  // The start of a run that begins `skip` places after the last one. `step` is the error of the prediction as
+  // it was read, so the start may be any number.
   PSPLIT_HD int64_t start(uint32_t skip, int64_t step) const { return next_ + sign_ * (skip + step); }
   PSPLIT_HD int64_t step(uint32_t skip, uint32_t start) const { return sign_ * (start - next_) - skip; }
 

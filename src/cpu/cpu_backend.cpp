@@ -48,7 +48,7 @@ class Tasks {
   }
 
  private:
-  // A thread takes some ten microseconds to wake up. It decodes so many bytes in about two hundred.
+  // A thread takes some ten microseconds to wake up, and decodes kBytesForAThread in about two hundred.
   static constexpr size_t kBytesForAThread = 1 << 13;
 
   size_t bytes(size_t task) const { return tasks_[task].container->bytes.size(); }

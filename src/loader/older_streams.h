@@ -12,7 +12,8 @@ namespace psplit {
 Expected<StreamDescription> describe_older(const OlderStreams* older, std::span<const uint8_t> stream,
                                            const Status& refusal);
 
-// Decodes it into buffers that have room for so many points and faces. kInvalidInput if it has others.
+// Decodes the stream into buffers for point_count points and face_count faces. kInvalidInput if it has other
+// numbers.
 Status decode_older(const OlderStreams& older, std::span<const uint8_t> stream,
                     std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
                     const PrimitiveBuffers& out);

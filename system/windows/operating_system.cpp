@@ -168,7 +168,8 @@ void restore_terminal() {
   if (output_code_page != 0) ::SetConsoleOutputCP(output_code_page);
 }
 
-// Held, shared, while a file that is replaced has another name.
+// Locked, shared, while a file that is being replaced is aside under another name: the process must not end
+// then.
 std::shared_mutex files_are_aside;
 
 // The system calls it in a thread of its own, so that it may do anything.

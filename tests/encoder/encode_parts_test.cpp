@@ -549,7 +549,7 @@ TEST(EncodeParts, RefusesPartsThatBreakTheRules) {
   };
   using Parts = std::vector<MeshPart>;
   EXPECT_EQ(error([](Parts& parts) { parts[1].mesh.attributes[1].semantic = "_OTHER"; }),
-            "part 1: its attributes are not those of part 0");
+            "part 1: its attributes differ from those of part 0");
   EXPECT_EQ(error([](Parts& parts) { parts[1].shared_numbers.pop_back(); }),
             "part 1: shared points without numbers");
   EXPECT_EQ(error([](Parts& parts) { parts[0].shared_numbers[0] = 1000; }),

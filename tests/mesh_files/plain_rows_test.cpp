@@ -42,7 +42,7 @@ TEST(ParseFloat, RoundsAsTheStandardLibrary) {
     float plain = 0;
     const bool is_plain = parse_plain_float(text, text + word.size(), plain) == text + word.size();
     plain_count += is_plain ? 1 : 0;
-    // Eight characters are taken at once, where so many are left.
+    // Eight characters are taken at once, where eight are left.
     const std::string row = std::string(word) + " 12345678 9\n";
     const char* const end = parse_plain_float(row.data(), row.data() + row.size(), plain);
     ASSERT_EQ(end, is_plain ? row.data() + word.size() : nullptr) << word;

@@ -113,7 +113,7 @@ TEST(Ply, NormalsColoursTexcoordsAndAllElseAreKept) {
     ASSERT_NE(label, nullptr);
     EXPECT_EQ(label->component_type, ComponentType::kInt16);
     EXPECT_EQ(warnings_of(asset),
-              "other numbers of vertices are kept: _QUALITY, _LABEL\n"
+              "other properties of vertices become attributes: _QUALITY, _LABEL\n"
               "3 normals were not of unit length: normalized\n");
   }
 }
@@ -238,7 +238,7 @@ TEST(Ply, SaysWhichWholeNumbersAreNoFloats) {
     }
   const std::string vertex = std::string(kXyz) + "property int id\n";
   const std::string file = header("ascii", 3, vertex, 1) + "0 0 0 1\n1 0 0 16777216\n0 1 0 -7\n3 0 1 2\n";
-  EXPECT_EQ(warnings_of(read_text(file)), "other numbers of vertices are kept: _ID\n");
+  EXPECT_EQ(warnings_of(read_text(file)), "other properties of vertices become attributes: _ID\n");
 }
 
 const char* const kTexturedFace =
@@ -290,7 +290,7 @@ TEST(Ply, TexcoordsOfFacesBecomeSeams) {
     face({3, 2, 1, 0}, {0, 0, 1, 0, 1, 1, 0, 0.25}, 1);
     const Expected<Asset> asset = read_text(file);
     EXPECT_EQ(warnings_of(asset),
-              "other numbers of vertices are kept: _LABEL\n1 vertex of no face is left out\n");
+              "other properties of vertices become attributes: _LABEL\n1 vertex without a face is left out\n");
     const Mesh first = mesh_of(asset, {0, 0}), second = mesh_of(asset, {0, 1});
     EXPECT_EQ(first.point_count, 5u);  // 0, 1, 2 twice, 3
     ASSERT_EQ(first.faces.size(), 2u);

@@ -92,7 +92,9 @@ def packages():
         with tarfile.open(packed) as archive:
             files = archive.getnames()
             archive.extractall(index)
-        assert any(file.endswith("/README.md") for file in files) and any(file.endswith("/src/lib.rs") for file in files), files
+        for file in ("README.md", "LICENSE", "src/lib.rs"):
+            assert f"{packed.stem}/{file}" in files, files
+        assert "Apache License" in (index / packed.stem / "LICENSE").read_text()
         checksum = {"files": {}, "package": hashlib.sha256(packed.read_bytes()).hexdigest()}
         (index / packed.stem / ".cargo-checksum.json").write_text(json.dumps(checksum))
 

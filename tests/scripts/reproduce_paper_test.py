@@ -158,7 +158,7 @@ class Script(unittest.TestCase):
         self.assertEqual([row[3] for row in speed_rows(results) if row[1] == "psplit, lossless, GPU"],
                          ["100.00x (3.00 ms, 2.00–4.00)"] * 5)
         self.assertEqual(len([row for row in speed_rows(results) if "CPU, 2 threads" in row[1]]), 2 * 5)
-        self.assertIn("next for 4 of 4 models", page.replace("\n ", ""))
+        self.assertIn("lossless for 4 of 4 models", page.replace("\n ", ""))
 
     def test_the_figure_has_a_line_for_every_model_and_coding(self):
         svg = xml.etree.ElementTree.parse(self.folder / "paper.svg").getroot()

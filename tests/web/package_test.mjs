@@ -80,6 +80,21 @@ for (const [name, most] of [['index.js', 12250], ['worker.js', 5000], ['three.js
     assert.ok(bytes < most, `${bytes} bytes in brotli`);
   });
 
+test("docs/web.md's table has these sizes, up to 1 %", async () => {
+  const page = readFileSync(path.join(package_folder, 'docs/web.md'), 'utf8');
+  const file = (name) => readFileSync(path.join(package_folder, name)), wasm = file('psplit.wasm'), worker = await code_of_page('worker.js');
+  const rows = {
+    'psplit/draco': [file('draco/draco_wasm_wrapper.js'), file('draco/draco_decoder.wasm')], psplit: [wasm, await code_of_page('index.js'), worker],
+    'psplit/gltf, no workers': [wasm, await code_of_page('asset.js')], 'psplit/three': [wasm, await code_of_page('three.js'), worker],
+    'psplit/babylon': [wasm, await code_of_page('babylon.js'), worker], 'psplit/inline': [file('inline.js')],
+  };
+  const near = (stated, parts, size) => Math.abs(Number(stated.replaceAll(',', '')) / parts.reduce((sum, part) => sum + size(part), 0) - 1) < 0.01;
+  for (const [name, parts] of Object.entries(rows)) {
+    const [, bytes, packed] = page.match(new RegExp(`^\\| ${name} \\| ([\\d,]+) \\| ([\\d,]+) \\|$`, 'm')) ?? assert.fail(name);
+    assert.ok(near(bytes, parts, (part) => part.length) && near(packed, parts, brotli), `${name}: scripts/web-bench --only code prints the table`);
+  }
+});
+
 test('the size of inline.js in a bundle of esbuild, as the README says', async () => {
   const { build } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
   const bundle = async (options) => (await build({ entryPoints: [path.join(package_folder, 'inline.js')], bundle: true, minify: true, format: 'esm',

@@ -36,7 +36,7 @@ function parse(name, source) {
   return { code, exports, imports };
 }
 
-// The modules that `root` needs, each after those that it imports itself. `replaced`: texts in place of files.
+// The modules that `root` needs, each after the modules that it imports. `replaced`: texts in place of files.
 function modules_of(root, replaced) {
   const modules = new Map();
   const add = (name) => {

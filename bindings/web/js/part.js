@@ -1,4 +1,4 @@
-// Results of decoding a container, as callers have them.
+// Decoded patches, as callers of the package get them.
 
 // Streams [first, end), of the arrays of their indices and attributes.
 export function part_of(attributes, first_faces, first_points, first, end, [indices, ...values], isFinal) {

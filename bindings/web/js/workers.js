@@ -35,7 +35,7 @@ async function start_worker({ node_worker, page_worker }, given, receive, fail) 
     hold() {}, let_go() {} };
 }
 
-// The address of a page's worker. Bundlers change it where it stands, so only the class Worker is told.
+// The address of a page's worker. Bundlers rewrite it inside `new Worker(...)`, so only a replacement of the class Worker gets to see it.
 function address_of(make) {
   const { Worker } = globalThis;
   let address = 'the worker';

@@ -14,12 +14,13 @@ namespace psplit::web {
 
 class ChosenStreams {
  public:
-  // Has its rows and its head, and its claims are checked: open_front fills it, and check_claims accepts it.
+  // The whole container, with rows and head but without streams: open_front filled it, and check_claims
+  // accepted it.
   PatchContainer whole;
 
-  // Chooses different patches of it, in any order. `stitch_map` has the bytes that the rows name, if patches
-  // share values; otherwise it is null. `container`, which is empty, becomes the container of the patches in
-  // their order, without streams and headers. To be called once.
+  // Chooses distinct patches of `whole`, in any order. `stitch_map` has the bytes that the rows name, if
+  // patches share values; otherwise it is null. `container`, which is empty, becomes the container of the
+  // patches in their order, without streams and headers. To be called once.
   void choose(std::vector<uint32_t> patches, std::unique_ptr<uint8_t[]> stitch_map, PatchContainer& container);
   // The streams that they need: the patches in their order, each after the owners of its values that do not
   // come before.

@@ -39,7 +39,7 @@ int __cxa_atexit(void (*)(void*), void*, void*) { return 0; }
 
 }  // extern "C"
 
-// What libc++ 14 keeps in its library of shared_ptr.
+// The functions of shared_ptr that libc++ 14 compiles into its library, which is not linked here.
 std::__shared_count::~__shared_count() = default;
 std::__shared_weak_count::~__shared_weak_count() = default;
 void std::__shared_weak_count::__release_weak() noexcept {

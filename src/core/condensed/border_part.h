@@ -52,7 +52,7 @@ struct WalkValues {
 template <uint32_t kComponents>
 PSPLIT_HD Fault place_own_values(const StitchRow& row, const CondensedStream& stream, WalkValues& out) {
   const size_t components = kComponents != 0 ? kComponents : stream.border_components;
-  // The value before the next one: a copy, or where it is if the number of components is not known.
+  // The previous value: a copy in registers, or a pointer if the number of components is not known here.
   int32_t value[kComponents != 0 ? kComponents : 1] = {};
   const int32_t* last = nullptr;
   // A place is never after the values that are still to be read.

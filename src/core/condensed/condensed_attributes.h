@@ -145,7 +145,7 @@ class CondensedAttributes {
                                 const ValueCounts& values) {
     const uint64_t orders = 2 * (uint64_t{attribute_data_count} + 1) + 1;
     const uint64_t used_orders = orders < stream.attribute_count ? orders : stream.attribute_count;
-    // A container may say less about its attributes than the stream does.
+    // A container's directory may state fewer attributes than its stream has.
     const uint32_t in_stream = stream.models.delta_count(stream.attribute_count);
     const uint64_t deltas =
         in_stream <= values.attributes && kDeltaComponents * in_stream <= values.components ? in_stream : 0;

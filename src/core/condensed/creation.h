@@ -90,7 +90,7 @@ class CreationOrder {
   }
 
  private:
-  // Appends the marked corners, backward. Returns the number of all.
+  // Appends the marked corners, from the last face to the first. Returns the number of corners in the list.
   template <Lanes L>
   PSPLIT_HD uint32_t list_marked(L lanes, uint32_t face_count, View<const uint8_t> marks) const {
     if constexpr (L::size() > 1) {

@@ -458,7 +458,7 @@ class DeltaDecoder {
     });
   }
 
-  // The memory that read and start take, without values, for at most so many vertices.
+  // The memory that read and start take for at most `vertices` vertices, without values.
   PSPLIT_HD static size_t bytes(const CondensedStream& stream, uint32_t vertices) {
     const uint32_t count = stream.models.delta_count(stream.attribute_count);
     if (count == 0) return 0;

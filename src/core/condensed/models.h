@@ -103,7 +103,7 @@ struct CondensedModels {
   View<const DeltaModel> deltas;  // ascending by attribute
   DeltaTables delta_tables;       // if there are deltas
 
-  // The number of attributes of deltas in a stream that has so many attributes.
+  // How many of a stream's `attribute_count` attributes are deltas.
   PSPLIT_HD uint32_t delta_count(uint32_t attribute_count) const {
     uint32_t count = 0;
     while (count < deltas.size() && deltas[count].attribute < attribute_count) ++count;

@@ -27,7 +27,7 @@ struct SkeletonAttribute {
   PSPLIT_HD bool is_by_creation(const AttributeModel& model) const {
     return model.by_creation && allows_creation_order();
   }
-  // What is stored, unless values are in order of creation.
+  // Whether a wrap range is stored. Not asked if values are in order of creation.
   PSPLIT_HD bool has_wrap_range() const {
     return !is_raw() && scheme != Scheme::kNone && transform == Transform::kWrap;
   }

@@ -172,7 +172,7 @@ TEST(StitchMap, GivesBackWhatWasWritten) {
     container.entries[patch].reference_count = references;
     container.stitch.assign(patch + 1, {});
     container.stitch[patch] = bytes;
-    // Everybody owns as many points as there are. Their sum wraps around, which nobody looks at here.
+    // Each patch owns as many points as there are. The sum wraps around, which nothing reads here.
     for (uint32_t p = 0; p <= patch + 1; ++p) container.owned_base.push_back(p * point_count);
     const StitchMap parsed = must(parse_stitch_map(container, patch));
     EXPECT_EQ(parsed.runs, map.runs);

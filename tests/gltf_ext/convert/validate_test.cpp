@@ -238,17 +238,21 @@ TEST(Validate, AccessorTypes) {
 }
 
 TEST(Validate, AccessorBounds) {
-  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION").erase("max"); }),
-            std::string("accessor-bounds ") + kPlace + ": POSITION: max is not that of the decoded values\n");
-  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = -3; }),
-            std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
-  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = "x"; }),
-            std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
-  EXPECT_EQ(broken([](Document& document) {
-              the_accessor(document, "indices")["min"] = {0};
-              the_accessor(document, "indices")["max"] = {130};
-            }),
-            std::string("accessor-bounds ") + kPlace + ": indices: max is not that of the decoded values\n");
+  EXPECT_EQ(
+      broken([](Document& document) { the_accessor(document, "POSITION").erase("max"); }),
+      std::string("accessor-bounds ") + kPlace + ": POSITION: max differs from that of the decoded values\n");
+  EXPECT_EQ(
+      broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = -3; }),
+      std::string("accessor-bounds ") + kPlace + ": POSITION: min differs from that of the decoded values\n");
+  EXPECT_EQ(
+      broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = "x"; }),
+      std::string("accessor-bounds ") + kPlace + ": POSITION: min differs from that of the decoded values\n");
+  EXPECT_EQ(
+      broken([](Document& document) {
+        the_accessor(document, "indices")["min"] = {0};
+        the_accessor(document, "indices")["max"] = {130};
+      }),
+      std::string("accessor-bounds ") + kPlace + ": indices: max differs from that of the decoded values\n");
   const std::string both = broken([](Document& document) { the_accessor(document, "COLOR_0")["min"] = {0}; });
   EXPECT_EQ(std::count(both.begin(), both.end(), '\n'), 2) << both;
 }

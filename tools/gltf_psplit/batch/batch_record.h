@@ -30,15 +30,15 @@ struct OutputFiles {
 };
 // Reads the output to find its files. Errors: as for read_document.
 Expected<OutputFiles> hash_output(const std::filesystem::path& path);
-// The same of an output that write_document has just written, without parsing it if it is one file.
+// Hashes an output that write_document has just written; does not parse it if it is one file.
 Expected<OutputFiles> hash_output(const std::filesystem::path& path, const Document& document,
                                   const WriteReport& written);
 
 // The folder below the output folder that holds the records and the reports of all shards.
 std::filesystem::path record_folder(const std::filesystem::path& output_folder);
 
-// The name of an asset in the record. `check` is empty for the asset that was written; otherwise it names what
-// the asset was only checked for.
+// The name of an asset in the record. `check` is empty if the asset was written; otherwise it names the check
+// that it passed (validate, diff).
 std::string record_name(const std::string& name, const std::string& check = "");
 
 // Each shard writes a file of its own, "<index>-of-<count>.jsonl", with a line for each asset that it wrote,

@@ -163,8 +163,8 @@ class ObjLines {
     could_split_ += corners - positions;
   }
 
-  // The counts of a whole file of that size. If corners of one position are different points in the sample, the
-  // same share of the file's corners is assumed to be.
+  // Estimates the counts of a file of `bytes` bytes from the sample. Assumes that corners of one position are
+  // different points as often as in the sample.
   AssetCounts counts(uint64_t bytes) const {
     if (bytes_ == 0) return {};
     const double scale = static_cast<double>(bytes) / static_cast<double>(bytes_);

@@ -16,7 +16,7 @@ namespace psplit {
 // while it is open; 0 if the file tells it.
 uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name = "",
                          bool with_coarse = false, uint64_t known_bytes = 0);
-// The same of a glTF asset that was read.
+// Estimates the memory of a glTF asset that is already read.
 uint64_t estimate_memory(const Document& document, BatchVerb verb, bool with_coarse);
 
 }  // namespace psplit

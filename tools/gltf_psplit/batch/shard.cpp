@@ -49,7 +49,8 @@ Expected<Found> find_engine(const GetVariable& environment) {
   return found[0];
 }
 
-// The array's count. A Slurm array counts from any number in any steps, and the index is made to count from 0.
+// The number of tasks of an array. The indices of a Slurm array may begin anywhere and have any step; the index
+// in `found` is made to count from 0.
 Expected<uint32_t> count_of_array(Found& found, const GetVariable& environment) {
   const Engine& engine = *found.engine;
   const char* const text = engine.count == nullptr ? nullptr : environment(engine.count);

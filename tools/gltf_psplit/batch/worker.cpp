@@ -45,8 +45,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Reads a GLB that is small and names no other file: that takes less than to estimate its memory and to read it
-// afterwards. Nothing for other files, and for those that cannot be read.
+// Reads a GLB that is small and names no other file: that takes less time than to estimate its memory first.
+// Nothing for other files, and for files that cannot be read.
 std::optional<Document> read_small_glb(const fs::path& path) {
   constexpr uint64_t kMost = uint64_t{1} << 16;
   Expected<std::vector<uint8_t>> file = read_file(path, kMost);

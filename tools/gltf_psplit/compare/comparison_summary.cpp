@@ -195,7 +195,7 @@ std::string named_choice(const SplitRow& row) {
 
 std::string line_text(const LoadingModel& loading) { return with_digits(loading.line_mbit, 6) + " Mbit/s"; }
 
-// When the meshes are there, and when those of the rivals are.
+// When the meshes are downloaded and decoded, and when the rivals' meshes are.
 std::string there_text(const Choice& choice, const Comparison& comparison, const LoadingModel& loading,
                        const MeasuredRival& rival) {
   const double meshopt_ms = loading.ms(comparison.meshopt.bytes, comparison.meshopt.decode.median_ms);

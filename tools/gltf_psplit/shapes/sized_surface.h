@@ -1,4 +1,4 @@
-// Surfaces with about a wanted number of faces, and their normals.
+// Surfaces with approximately a given number of faces, and their normals.
 #pragma once
 
 #include <array>

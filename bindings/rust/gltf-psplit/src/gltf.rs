@@ -115,5 +115,5 @@ unsafe fn open<'g>(bytes: &[u8], flags: u32) -> Result<Gltf<'g>, Error> {
     let mut gltf = null_mut();
     // SAFETY: the struct lives until the call returns; the bytes longer, says the caller.
     checked(|error| unsafe { sys::psplit_gltf_open(&source, &mut gltf, error) })?;
-    Ok(Gltf { handle: NonNull::new(gltf).expect("a file that was opened is not null"), bytes: PhantomData })
+    Ok(Gltf { handle: NonNull::new(gltf).expect("an opened file is not null"), bytes: PhantomData })
 }

@@ -230,7 +230,7 @@ impl<'a> Mesh<'a> {
 
     /// `handle` is a mesh whose bytes live as long as `'a`, and which nothing else frees.
     pub(crate) unsafe fn of_handle(handle: *mut sys::psplit_mesh) -> Self {
-        Self { handle: NonNull::new(handle).expect("a mesh that was opened is not null"), bytes: PhantomData }
+        Self { handle: NonNull::new(handle).expect("an opened mesh is not null"), bytes: PhantomData }
     }
 
     pub(crate) fn pointer(&self) -> *const sys::psplit_mesh {

@@ -22,7 +22,7 @@ impl Pool {
         let mut pool = null_mut();
         // SAFETY: both pointers are of places for results.
         checked(|error| unsafe { sys::psplit_pool_create(threads, &mut pool, error) })?;
-        Ok(Self(NonNull::new(pool).expect("a pool that was made is not null")))
+        Ok(Self(NonNull::new(pool).expect("a new pool is not null")))
     }
 
     /// The number of threads, with the calling one.
@@ -51,7 +51,7 @@ impl Stop {
         let mut stop = null_mut();
         // SAFETY: both pointers are of places for results.
         checked(|error| unsafe { sys::psplit_stop_create(&mut stop, error) })?;
-        Ok(Self(NonNull::new(stop).expect("a flag that was made is not null")))
+        Ok(Self(NonNull::new(stop).expect("a new flag is not null")))
     }
 
     /// From any thread, also while calls read the flag.

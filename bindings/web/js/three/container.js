@@ -109,7 +109,7 @@ export class Container {
   check(counts) {
     check_counts(this.#json, this.#primitive, this.requests, counts);
   }
-  // The same for what was decoded. If that is a mesh of chosen patches, the synthetic accessors get its counts.
+  // Checks the counts of a decoded mesh against the accessors. For a mesh of chosen patches, the synthetic accessors get its counts.
   fit(mesh) {
     const { chosen, faceCount, pointCount } = mesh;
     if (chosen === undefined) return this.check(mesh);

@@ -104,7 +104,7 @@ export class PsplitPlugin {
   async extendMaterialParams() {
     await this.#turn;
   }
-  // Settles as the promise does, but not before the turn of the mesh that is being asked for.
+  // Settles as `promise` does, but not before the turn of the mesh that GLTFLoader asks for now.
   async #in_turn(promise) {
     const turn = this.#turn, result = await promise;
     await turn;

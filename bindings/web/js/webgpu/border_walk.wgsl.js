@@ -23,7 +23,7 @@ fn link_edge(s: Stream, opposite: View, point_at: View, corner: u32) {
   atomicAdd(&edges, 1u);
 }
 
-// All lanes of a group link the edges of a stream: a lane those of its vertices, so that no two write the same point.
+// All lanes of a group link the edges of a stream. Each lane links the edges of its own vertices, so that no two lanes write one point.
 @compute @workgroup_size(kLanes)
 fn link_border(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let i = window.first + group.x;
@@ -57,7 +57,7 @@ fn link_border(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     }
   }
   workgroupBarrier();
-  // So many edges are to be walked; none if two of them leave one point.
+  // The number of edges of the walk; 0 if two edges leave one point, which makes the border invalid.
   if (lane == 0u && is_due) { set_state(i, kWalkLength, select(atomicLoad(&edges), 0u, atomicLoad(&is_broken) != 0u)); }
 }
 

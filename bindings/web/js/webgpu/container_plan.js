@@ -1,4 +1,4 @@
-// What JavaScript reads of a container: the directory, the stitch map and the heads of its streams. What is left is decoded on the
+// What JavaScript reads of a container: the directory, the stitch map and the heads of its streams. The rest is decoded on the
 // device. A container that the device does not decode is refused.
 import { kSemantics, kTypes } from '../types.js';
 import { are_justified, read_directory } from './directory.js';

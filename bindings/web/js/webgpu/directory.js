@@ -18,7 +18,7 @@ class ExpectedSum {
     this.#is_first = false;
   }
 }
-// The same for a value that is about in proportion to another one of its row.
+// Predicts the next value of a column that is roughly proportional to another column.
 class ExpectedRatio {
   #ratio = 0;  // in 1024ths
   #is_first = true;

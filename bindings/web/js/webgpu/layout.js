@@ -75,7 +75,8 @@ const cut_words = ({ seams }, { face_count, point_count }) => seams.length * (8 
 // Of a valence traversal: the symbols of its lists, and the valences of vertices.
 const listed_words = ({ lists, symbol_count }) => (lists.length > 0 ? symbol_count : 0);
 const valence_words = ({ lists, vertex_limit }) => (lists.length > 0 ? vertex_limit + 3 : 0);
-// Of an attribute: components of a value, values and symbols in one, slots of the table, bits of a bucket.
+// Of an attribute: the components of a value, the words of its values (which its symbols use first), the slots of the symbol table, and
+// the bits of a bucket of that table.
 const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
 const value_room = (attribute, { point_count }) => point_count * value_components(attribute);
 const slot_room = (values, { stream_bytes }) => Math.min(values, stream_bytes);

@@ -1,5 +1,5 @@
-// Prediction by several parallelograms (src/core/multi_parallelogram.h): the mean of those around a value's vertex that flags do not leave
-// out. The number of parallelograms says which of four lists has the next flags.
+// Prediction by several parallelograms (src/core/multi_parallelogram.h): the mean of the parallelograms around a value's vertex, without the
+// ones that flags leave out. There are four lists of flags, one for each number of parallelograms.
 export const multi_parallelogram = /* wgsl */ `
 const kMostParallelograms = 4u;
 struct Parallelograms { count: u32, across: array<u32, 4> }

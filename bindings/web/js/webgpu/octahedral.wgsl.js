@@ -24,7 +24,7 @@ fn turned(at: vec2i, turns: u32) -> vec2i {
   let swapped = select(at, at.yx, (turns & 1u) != 0u);
   return vec2i(negated(swapped.x, turns > 1u), negated(swapped.y, turns == 1u || turns == 2u));
 }
-// Brings sums back into the square, whose opposite sides meet.
+// Wraps a coordinate into the square of the octahedron.
 fn folded(grid: OctahedralGrid, x: i32) -> i32 { return select(select(x, x + grid.most, x < -grid.center), x - grid.most, x > grid.center); }
 fn corrected(grid: OctahedralGrid, predicted: vec2i, correction: vec2i) -> vec2i {
   let place = predicted - grid.center;

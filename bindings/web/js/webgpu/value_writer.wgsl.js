@@ -51,7 +51,7 @@ fn write_values(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
   }
 }
 
-// The places between which values are: their number of bits, the step, and the origin.
+// Writes the grid of an attribute: its number of bits, its step and its origin.
 fn write_grid(a: Attribute) {
   let head = head_of(a);
   atomicStore(&states[a.grid], load(head, kBits));
