@@ -15,6 +15,12 @@ def table(head, rows, left=1):
     return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]
 
 
+def extremes(rows, value, count=10):
+    """The `count` rows of the least values and the `count` rows of the greatest, in that order; all rows if there are no more."""
+    ordered = sorted(rows, key=value)
+    return ordered if len(ordered) <= 2 * count else ordered[:count] + ordered[-count:]
+
+
 def join(names):
     """"a", "a and b", "a, b and c"."""
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]

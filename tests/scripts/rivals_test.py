@@ -6,7 +6,7 @@ root = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(root / "scripts"))
 from benchmarks import rivals
-from benchmarks.pages import join, noise, page, table
+from benchmarks.pages import extremes, join, noise, page, table
 
 
 def run_of(version, codec, psplit_ms, size, faces=20000, **forms):
@@ -120,6 +120,10 @@ class Pages(unittest.TestCase):
     def test_noise_is_said(self):
         self.assertEqual(noise([0.3] + [0.1] * 9), "")
         self.assertIn("2 of 10 times vary by more than 20 %", noise([0.3] * 2 + [0.1] * 8))
+
+    def test_extremes_are_the_first_and_the_last_of_the_order(self):
+        self.assertEqual(extremes([3, 1, 5, 2, 4], lambda row: row, 2), [1, 2, 4, 5])
+        self.assertEqual(extremes([3, 1, 2], lambda row: row, 2), [1, 2, 3])
 
     def test_tables_and_lists(self):
         self.assertEqual(table(["a", "b", "c"], [[1, 2, 3]], 2), ["| a | b | c |", "|---|---|--:|", "| 1 | 2 | 3 |"])
