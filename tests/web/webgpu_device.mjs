@@ -6,7 +6,7 @@ import { pathToFileURL } from 'node:url';
 import { modules_folder, package_folder } from './load.mjs';
 
 // Another driver, such as a GPU's, may be named.
-const kDriver = '/usr/lib/chromium/vk_swiftshader_icd.json';
+export const kDriver = '/usr/lib/chromium/vk_swiftshader_icd.json';
 process.env.VK_DRIVER_FILES ??= kDriver;
 
 function find_dawn() {
