@@ -27,7 +27,7 @@ test('npm packs these files', () => {
     'webgpu/container_plan.js', 'webgpu/directory.js', 'webgpu/edgebreaker_symbols.wgsl.js', 'webgpu/floats.wgsl.js',
     'webgpu/integers.wgsl.js', 'webgpu/layout.js', 'webgpu/multi_parallelogram.wgsl.js', 'webgpu/normals.wgsl.js',
     'webgpu/octahedral.wgsl.js', 'webgpu/platform.wgsl.js', 'webgpu/prediction.wgsl.js', 'webgpu/rans.wgsl.js', 'webgpu/refusal.js',
-    'webgpu/seams.wgsl.js', 'webgpu/shaders.js', 'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.js', 'webgpu/stream_head.js',
+    'webgpu/seams.wgsl.js', 'webgpu/shaders.js', 'webgpu/stitch.wgsl.js', 'webgpu/stitch_map.wgsl.js', 'webgpu/stream_head.js',
     'webgpu/symbols.wgsl.js', 'webgpu/tex_coords.wgsl.js', 'webgpu/traversal.wgsl.js', 'webgpu/value_writer.wgsl.js',
     'three/container.js', 'three/draco_loader.js', 'three/gpu_attributes.js', 'three/load_streaming.js', 'three/psplit_plugin.js', 'three/stock_draco.js',
   ].sort());
