@@ -67,7 +67,7 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const modules = valid_spirv(folder), { device, stages: found } = compile_for_radv(modules, 'navi21', folder);
   if (modules.length !== stages.length) throw new Error(`${modules.length} modules of ${stages.length} stages`);
   console.log(`${modules.length} modules of SPIR-V are valid. ${device}:\n`);
-  console.log('| stage | vector registers | groups in flight on a SIMD | private memory, bytes | instructions |\n|---|--:|--:|--:|--:|');
+  console.log('| stage | vector registers | subgroups in flight on a SIMD | private memory, bytes | instructions |\n|---|--:|--:|--:|--:|');
   for (const { entry } of stages) {
     const { VGPRs: registers, 'Subgroups per SIMD': subgroups, 'Scratch size': scratch, Instructions: instructions } = found[entry];
     console.log(`| \`${entry}\` | ${registers} | ${subgroups} | ${scratch} | ${Number(instructions).toLocaleString('en-US')} |`);

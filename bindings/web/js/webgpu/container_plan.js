@@ -51,15 +51,16 @@ export class ContainerPlan {
     // The first stream says how values are written; others must say the same. Streams mostly have one list of attributes.
     const lists = [];
     for (const head of this.#heads) if (head.attributes !== lists.at(-1)) lists.push(head.attributes);
-    this.outputs = this.attributes.map((request) => {
+    this.outputs = [];  // not by map(): V8 would compile the loops over streams again for another kind of array
+    for (const request of this.attributes) {
       const found = lists.map((all) => all.find(({ unique_id }) => unique_id === request.uniqueId) ?? refuse('an attribute that is missing'));
       const outputs = found.map((attribute) => output_of(attribute, request, as)), { is_grid, out_bytes } = outputs[0];
       if (outputs.some((other) => other.is_grid !== is_grid) || (is_grid && found.some(({ coding }) => coding !== kCodingQuantized)))
         refuse('streams with other codings than the first');
       const is_bounded = found.every(({ semantic, coding, components }) => semantic === 0 && coding === kCodingQuantized && components === 3);
-      return { request, is_grid, out_bytes, is_bounded, coding: found[0].coding, stride: Math.ceil((out_bytes * request.componentCount) / 4),
-        out: 0, grids: undefined, bounds: undefined };  // places, in a batch
-    });
+      this.outputs.push({ request, is_grid, out_bytes, is_bounded, coding: found[0].coding, stride: Math.ceil((out_bytes * request.componentCount) / 4),
+        out: 0, grids: undefined, bounds: undefined });  // places, in a batch
+    }
     if (this.attributes.some(({ uniqueId }, i) => this.attributes.findIndex((other) => other.uniqueId === uniqueId) < i)) refuse('an attribute that is wanted twice');
     const point_bytes = this.outputs.reduce((sum, { request, out_bytes }) => sum + out_bytes * request.componentCount, 0);
     if (!are_justified(12 * this.face_count + point_bytes * this.point_count, bytes.length)) refuse('results that the bytes do not justify');
@@ -132,7 +133,8 @@ export class ContainerPlan {
       const head = this.#heads[i];
       if (head.attributes !== list) {
         list = head.attributes;
-        outputs = list.map((attribute) => output_of_attribute(attribute, list));
+        outputs = [];
+        for (const attribute of list) outputs.push(output_of_attribute(attribute, list));
       }
       layout.add_stream(head, this.#words[i], place, outputs, i, directory);
     }
