@@ -1,7 +1,7 @@
 // What the package's types let a project write. types_test.mjs compiles it; it never runs.
 import { NodeIO } from '@gltf-transform/core';
 import { type ChoosePatches, type DecodedContainer, type DecodedMesh, type DecodedPart, type Pool, PsplitError, configure, createPool, decodeContainer, decodeDraco, ready } from 'psplit';
-import { loadStreaming as loadIntoBabylon, registerPsplit } from 'psplit/babylon';
+import { loadStreaming as loadIntoBabylon, patchesOf, registerPsplit } from 'psplit/babylon';
 import createEncoderModule from 'psplit/draco/draco_encoder.js';
 import createDecoderModule from 'psplit/draco/draco_wasm_wrapper.js';
 import wasm from 'psplit/psplit.wasm';
@@ -91,7 +91,8 @@ export async function io(pool: Pool): Promise<void> {
   await decodeAhead(json, pool);
   const document = await io.readJSON(json);
   document.createExtension(PsplitMeshDracoPatches).setRequired(false);
-  registerPsplit(() => {}, { pool });
+  registerPsplit(() => {}, { pool, gpu: true });
+  console.log(patchesOf({})?.why);
   // @ts-expect-error: requests of containers need a type
   await decodeContainer(new Uint8Array(4), { attributes: [{ name: 'POSITION', uniqueId: 0, componentCount: 3 }] });
 }

@@ -1,14 +1,15 @@
-// The containers that gltf-psplit makes of the corpus, decoded on a GPU and compared with WebAssembly's results: by Dawn in Node.js, and
-// in Chromium. A program:  node tests/web/webgpu_corpus.mjs [--some] [--dawn | --chromium]
+// The containers that gltf-psplit makes of the corpus, decoded on a GPU and compared with WebAssembly's results: by Dawn in Node.js, in
+// Chromium, and by wgpu in Deno. A program:  node tests/web/webgpu_corpus.mjs [--some] [--dawn | --chromium | --deno]
 //
 // --some takes few and small ones. Without a GPU, the processor runs the shaders: VK_DRIVER_FILES names another driver.
 import { spawnSync } from 'node:child_process';
-import { rmSync } from 'node:fs';
+import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { close_browser, open_page, skip as no_browser, start_site } from './browser.mjs';
 import { compressed_primitives, corpus_folder, files_below, gltf_psplit, psplit, root } from './load.mjs';
 import { add, compare } from './webgpu_compare.js';
+import { no_deno, run_in_deno } from './webgpu_compilers.mjs';
 import { createGpuDecoder, request_device, skip as no_gpu } from './webgpu_device.mjs';
 
 const folder = path.join(root, 'build/web/gpu');
@@ -74,12 +75,28 @@ export async function compare_in_chromium(batches) {
   return sum;
 }
 
+/** Decodes batches in Deno. */
+export async function compare_in_deno(batches) {
+  const of_deno = path.join(folder, 'deno');
+  rmSync(of_deno, { recursive: true, force: true });
+  mkdirSync(of_deno, { recursive: true });
+  const list = batches.map((batch, b) => batch.map(({ name, attributes, bytes }, i) => {
+    const file = `${b}-${i}.bin`;
+    writeFileSync(path.join(of_deno, file), bytes);
+    return { name, attributes, file };
+  }));
+  writeFileSync(path.join(of_deno, 'batches.json'), JSON.stringify(list));
+  const [{ adapter, messages }, sum] = run_in_deno(of_deno);
+  if (sum === undefined) throw new Error(`Deno, ${adapter}: ${messages}`);
+  return sum;
+}
+
 export const summary = ({ equal, by_wasm, refused, differences }) =>
   `${equal} containers equal, ${by_wasm} by WASM${refused > 0 ? `, ${refused} refused` : ''}${differences.length > 0 ? `, ${differences.length} DIFFERENT` : ''}`;
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const options = process.argv.slice(2), is_wanted = (way) => options.includes(`--${way}`) || !options.some((option) => /^--(dawn|chromium)$/.test(option));
-  const why = skip || (is_wanted('dawn') && no_gpu) || (is_wanted('chromium') && no_browser);
+  const options = process.argv.slice(2), is_wanted = (way) => options.includes(`--${way}`) || !options.some((option) => /^--(dawn|chromium|deno)$/.test(option));
+  const why = skip || (is_wanted('dawn') && no_gpu) || (is_wanted('chromium') && no_browser) || (options.includes('--deno') && no_deno);
   if (why) {
     console.error(`web-gpu: ${why}`);
     process.exit(1);
@@ -87,8 +104,8 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const batches = make_batches(options.includes('--some'));
   console.log(`${batches.flat().length} containers`);
   let has_failed = false;
-  for (const [way, run] of Object.entries({ dawn: compare_in_dawn, chromium: compare_in_chromium })) {
-    if (!is_wanted(way)) continue;
+  for (const [way, run] of Object.entries({ dawn: compare_in_dawn, chromium: compare_in_chromium, deno: compare_in_deno })) {
+    if (!is_wanted(way) || (way === 'deno' && no_deno)) continue;
     const sum = await run(batches);
     for (const line of [...sum.differences, ...sum.reasons]) console.log(`  ${line}`);
     console.log(`${way}: ${summary(sum)}`);

@@ -6,7 +6,7 @@ import { pathToFileURL } from 'node:url';
 import { modules_folder, package_folder } from './load.mjs';
 
 // Another driver, such as a GPU's, may be named.
-const kDriver = '/usr/lib/chromium/vk_swiftshader_icd.json';
+export const kDriver = '/usr/lib/chromium/vk_swiftshader_icd.json';
 process.env.VK_DRIVER_FILES ??= kDriver;
 
 function find_dawn() {
@@ -22,7 +22,7 @@ const dawn = file === null || !existsSync(process.env.VK_DRIVER_FILES) ? null : 
 globalThis.gpu_of_tests = null;
 if (dawn !== null) {
   Object.assign(globalThis, dawn.globals);
-  globalThis.gpu_of_tests = dawn.create([]);
+  globalThis.gpu_of_tests = dawn.create(process.env.PSPLIT_DAWN?.split(' ') ?? []);
 }
 /** An adapter, or null. */
 export const request_adapter = async () => (globalThis.gpu_of_tests === null ? null : globalThis.gpu_of_tests.requestAdapter().catch(() => null));

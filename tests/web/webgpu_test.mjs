@@ -196,7 +196,7 @@ test('containers take as many words of a batch as their plans say', { skip: gltf
   const { batches_of, fits } = await from_package('batch.js'), { ContainerPlan } = await from_package('container_plan.js'), { Layout } = await from_package('layout.js');
   const sizes = ({ plan, streams, attributes, walk_words, result_words, state_words }) => [plan.length, streams.length, attributes.length, walk_words, result_words, state_words];
   for (const options of [[700, 300], [2400, 1200, '--encode-speed', '3'], [400, 200, '--lossless']]) {
-    const { bytes, attributes } = make_container(...options), plan = new ContainerPlan(bytes, attributes, 'float32', 1 << 25), layout = new Layout(1 << 25, 3 * plan.stream_count);
+    const { bytes, attributes } = make_container(...options), plan = new ContainerPlan(bytes, attributes, 'float32', 1 << 25), layout = new Layout(1 << 25, [plan, plan, plan]);
     for (let i = 0; i < 3; ++i) plan.place(layout, 0);
     // Layout has the streams' states from the beginning.
     assert.deepEqual(sizes(layout), plan.sizes.map((words) => 3 * words), options.join(' '));
@@ -291,6 +291,20 @@ test('mutants have the verdict of the CPU', { skip }, async (t) => {
   t.diagnostic(JSON.stringify({ ...sum, reasons: undefined, differences: undefined }));
   assert.ok(sum.refused > kMutants / 20);
   assert.ok(sum.equal > kMutants / 20);
+});
+test('mutants of stitch maps', { skip }, async (t) => {
+  const samples = [make_container(900, 60), make_container(900, 60, '--lossless')], random = random_numbers(11);
+  const sum = await check_hostile((i) => {
+    // The maps lie between the head and the first stream.
+    const { bytes, attributes } = samples[i % samples.length], mutant = bytes.slice(), view = new DataView(bytes.buffer, bytes.byteOffset);
+    const begin = 20 + view.getUint32(12, true) + view.getUint32(16, true), end = Buffer.from(bytes.buffer, bytes.byteOffset, bytes.length).indexOf('DRACO');
+    assert.ok(end > begin + 50);
+    mutant[begin + random(end - begin)] ^= 1 << random(8);
+    return { name: `map ${i}`, bytes: mutant, attributes };
+  }, kMutants / 2);
+  // Some stay maps, of other points.
+  t.diagnostic(JSON.stringify({ ...sum, reasons: undefined, differences: undefined }));
+  assert.ok(sum.refused > kMutants / 4 && sum.equal > 0, JSON.stringify(sum));
 });
 test('containers that end early, or in zeros', { skip }, async () => {
   const { bytes, attributes } = make_container(60, 30), step = Math.ceil((2 * bytes.length) / kMutants);

@@ -1,5 +1,7 @@
 // The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader, and psplit as its decoder of stock Draco.
-import type { ChoosePatches, ChosenPatches, ContainerCounts, DecodedPart, Pool } from './index.js';
+import type { ChoosePatches, ChosenPatches, ContainerCounts, DecodedPart, PatchFacts, Pool } from './index.js';
+
+export type { PatchFacts } from './index.js';
 
 export interface BabylonOptions {
   /** The pool that decodes. By default all loaders share a pool, which ends its workers when they are idle. */
@@ -9,7 +11,20 @@ export interface BabylonOptions {
    * default true. Bitstreams older than 2.2 need `false`, which leaves all Draco streams to Babylon.js.
    */
   draco?: boolean;
+  /**
+   * With true and a WebGPUEngine, containers are decoded by shaders on the engine's device, and meshes have the buffers that these write, without
+   * a copy. Babylon.js then has no arrays of a mesh: picking, and reading, cloning or merging its data, do not work, nor does the engine make it
+   * again if it loses its device. Skinned meshes, morph targets, chosen patches and containers that the shaders do not decode, and all with other
+   * engines, are decoded as without this option; `patchesOf` says which way a mesh took, and why. Meshes that the GPU decodes arrive whole.
+   */
+  gpu?: boolean;
 }
+
+/**
+ * The patches of which a mesh was made, once its load has resolved; null if it was made of none.
+ * @param mesh Babylon.js' mesh, or an instance of one
+ */
+export function patchesOf(mesh: object): PatchFacts | null;
 
 /**
  * Registers the extension for all loads that begin later. The first argument is Babylon.js' own function: `registerGLTFExtension`

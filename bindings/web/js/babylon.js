@@ -10,6 +10,10 @@ import { createPool } from './pool.js';
 import { array_of } from './types.js';
 
 let default_pool;
+// By Babylon.js' meshes.
+const containers_of = new WeakMap();
+
+export const patchesOf = (mesh) => containers_of.get(mesh.sourceMesh ?? mesh)?.patches ?? null;
 
 export function registerPsplit(registerGLTFExtension, options) {
   // If this were an extension of glTF, Babylon.js would make none for assets in stock Draco alone.
@@ -146,14 +150,16 @@ class PatchesLoader {
   #loader;
   #pool;
   #takes_draco;
+  #gpu;
   #columns = new Map();  // { container, name } by buffer view; the name of indices is undefined
   #by_primitive = new Map();  // containers
   #sources = new Map();  // sources that arrive, by Upload
   #abort = new AbortController();
 
-  constructor(loader, { pool, draco = true }) {
+  constructor(loader, { pool, draco = true, gpu = false }) {
     this.#loader = loader;
     this.#pool = pool;
+    this.#gpu = gpu;
     this.#takes_draco = draco && loader.isExtensionUsed(kDraco);
     this.enabled = loader.isExtensionUsed(kExtensionName) || this.#takes_draco;
   }
@@ -201,14 +207,24 @@ class PatchesLoader {
   loadBufferViewAsync(_, view) {
     const column = this.#columns.get(view);
     if (column === undefined) return null;
-    column.container.arrays ??= this.#load(column.container);
-    return column.container.arrays.then((arrays) => arrays.get(column.name));
+    const { container, name } = column, arrays = () => (container.arrays ??= this.#load(container)).then((all) => all.get(name));
+    if (container.on_gpu === undefined) return arrays();
+    return container.on_gpu.then((buffers) => buffers?.take(name, (stride) => (view.byteStride = stride)) ?? arrays());
   }
 
-  // Null, as the loader makes the geometry. It says which mesh has it.
-  _loadVertexDataAsync(_, primitive, mesh) {
-    this.#by_primitive.get(primitive)?.meshes.push(mesh);
-    return null;
+  // Null if the loader makes the geometry alone. It says which mesh has it.
+  _loadVertexDataAsync(context, primitive, mesh) {
+    const container = this.#by_primitive.get(primitive);
+    if (container === undefined || container.meshes.includes(mesh)) return null;
+    container.meshes.push(mesh);
+    containers_of.set(mesh, container);
+    if (!this.#gpu) return null;
+    return (container.on_gpu ??= this.#decode_on_gpu(container)).then(async (buffers) => {
+      // This time the loader makes it, of arrays or of the buffers without their indices.
+      const geometry = await this.#loader._loadVertexDataAsync(context, primitive, mesh);
+      buffers?.index(geometry);
+      return geometry;
+    });
   }
 
   // Null for buffers that Babylon.js loads itself.
@@ -220,7 +236,7 @@ class PatchesLoader {
   #add_accessors(gltf, { attributes, indices, targets }, stored, place, numbers) {
     const primitive = { attributes: { ...attributes }, indices, targets: targets?.map((target) => ({ ...target })) };
     const container = { gltf, primitive, stored, place, numbers, arrays: undefined, uses: 0, meshes: [], is_whole: false,
-      is_draco: false, may_choose: true, accessors: new Map() };  // its own, by name; the indices come first
+      is_draco: false, may_choose: true, on_gpu: undefined, why: undefined, patches: null, accessors: new Map() };  // its own, by name; the indices come first
     for (const name of [undefined, ...stored.attributes.map((attribute) => attribute.name)]) {
       const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
       gltf.bufferViews.push(view);
@@ -234,8 +250,7 @@ class PatchesLoader {
 
   // Resolves to the bytes of a container's columns by their names: whole, or when the first patches are there.
   #load(container) {
-    const { gltf, stored } = container, source = arriving_of(gltf.buffers[gltf.bufferViews[stored.bufferView].buffer]);
-    const is_skin = stored.attributes.some(({ name }) => name.startsWith('WEIGHTS_'));
+    const source = this.#source_of(container), is_skin = container.stored.attributes.some(({ name }) => name.startsWith('WEIGHTS_'));
     if (source?.patchByPatch !== true || container.is_whole || is_skin) return this.#decode(container, source);
     const upload = new Upload(container);
     upload.meshes = container.meshes;
@@ -251,11 +266,28 @@ class PatchesLoader {
     return Promise.race([upload.arrays, whole.then((arrays) => (upload.has_begun ? upload.arrays : arrays))]);
   }
 
+  // Resolves to GpuBuffers, or to null if the container is to be decoded without the GPU.
+  async #decode_on_gpu(container) {
+    const { decode_for } = await import('./babylon/gpu_buffers.js'), { gltf, stored } = container, source = this.#source_of(container);
+    const bytes_of = () => source?.asset.view(stored.bufferView) ?? this.#load_view(gltf, stored.bufferView), { signal, end } = signal_of(this.#abort.signal, source?.signal);
+    const buffers = await decode_for(this.#loader, container, source, bytes_of, (mesh) => fit(container, mesh), signal).finally(end);
+    if (buffers !== null) this.#set_facts(container, buffers.mesh);
+    return buffers;
+  }
+  #source_of({ gltf, stored }) {
+    return arriving_of(gltf.buffers[gltf.bufferViews[stored.bufferView].buffer]);
+  }
+  #set_facts(container, { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, chosen, way = 'wasm' }) {
+    const { byteLength: bytes } = container.gltf.bufferViews[container.stored.bufferView], { why } = container;
+    container.patches = { bytes, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces, way, ...(why && { why }), ...(chosen && { chosen }) };
+  }
+
   async #decode(container, source, upload) {
     const { gltf, primitive, stored, place } = container, signal = upload === undefined ? this.#abort.signal : source.signal;
     try {
       const mesh = await this.#decode_bytes(container, signal, source, upload);
       fit(container, mesh);
+      if (!container.is_draco) this.#set_facts(container, mesh);
       const Type = kIndexArrays[container.accessors.get(undefined).componentType], { indices } = mesh;
       return new Map([[undefined, bytes_of(indices instanceof Type ? indices : new Type(indices))],
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);

@@ -221,6 +221,24 @@ export interface ChosenPatches {
   chosen?: Uint32Array;
 }
 
+/** The patches of which a mesh was made. If patches were chosen, the counts are those of the chosen patches. */
+export interface PatchFacts extends ChosenPatches {
+  /** The size of the whole container. */
+  bytes: number;
+  patchCount: number;
+  hasResidue: boolean;
+  /** What decoded the mesh. */
+  way: 'gpu' | 'wasm';
+  /** Why the GPU did not, with the option `gpu` of psplit/three or psplit/babylon. */
+  why?: string;
+  /** Whether patches share tables; otherwise each is a Draco stream. */
+  isCondensed: boolean;
+  faceCount: number;
+  pointCount: number;
+  /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` up to `firstFaces[i + 1]`, exclusive. */
+  firstFaces: Uint32Array;
+}
+
 export interface UrlOptions extends Omit<StreamOptions, 'onPart'> {
   /** Counts the patches of all containers that have begun to arrive. */
   onProgress?: (done: number, total: number) => void;

@@ -1,7 +1,9 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
 import type { GLTF, GLTFLoader, GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
-import type { ChoosePatches, ChosenPatches, DecodedPart, Pool } from './index.js';
+import type { ChoosePatches, DecodedPart, PatchFacts, Pool } from './index.js';
+
+export type { PatchFacts } from './index.js';
 
 declare module 'three/addons/loaders/GLTFLoader.js' {
   interface GLTF {
@@ -61,24 +63,6 @@ export interface PsplitPluginOptions {
   gpu?: { readonly backend: object; init?(): Promise<unknown> } | null;
   /** The name of the file, for errors. By default the loader's path, which lacks the name of a GLB. */
   file?: string;
-}
-
-/** The patches of which a mesh was made. If patches were chosen, the counts are those of the chosen patches. */
-export interface PatchFacts extends ChosenPatches {
-  /** The size of the whole container. */
-  bytes: number;
-  patchCount: number;
-  hasResidue: boolean;
-  /** What decoded the mesh. */
-  way: 'gpu' | 'wasm';
-  /** Why the GPU did not, with the option `gpu`. */
-  why?: string;
-  /** Whether patches share tables; otherwise each is a Draco stream. */
-  isCondensed: boolean;
-  faceCount: number;
-  pointCount: number;
-  /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` up to `firstFaces[i + 1]`, exclusive. */
-  firstFaces: Uint32Array;
 }
 
 /**

@@ -205,6 +205,7 @@ TEST_F(EncodeCommand, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
   };
   EXPECT_EQ(patches({"--profile", "speed"}), 3);
   EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // patches have at least 440 faces
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "web"}), 24);   // 500 faces each
   EXPECT_EQ(patches({"--profile", "speed", "--gpu", "1", "--patch-faces", "6000"}), 2);
   EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
   EXPECT_EQ(patches({}), 1);

@@ -24,6 +24,12 @@ namespace {
 // Patches of 440 faces already take over a third more bytes than one stream (docs/benchmarks.md).
 constexpr uint64_t kLeastPatchFaces = 440;
 
+// What --gpu takes for the GPUs of a web page's visitors, with 500 to 3,000 lanes in flight: psplit/webgpu
+// decodes a patch in each. 3,000 patches of this size are what its memory holds by default (128 MiB, 82 bytes a
+// face), so no lane waits for memory, and a GPU of 500 lanes takes six rounds (docs/manual.md).
+constexpr std::string_view kWeb = "web";
+constexpr uint64_t kWebPatchFaces = 500;
+
 // A profile does not depend on the machine: the same command writes the same bytes everywhere.
 void apply_profile(EncodeArguments& arguments) {
   PatchTarget& target = arguments.options.patches;
@@ -31,6 +37,10 @@ void apply_profile(EncodeArguments& arguments) {
   if (arguments.profile != "speed") return;
   if (arguments.gpu.empty()) {
     target.faces = kSpeedPatchFaces;
+    return;
+  }
+  if (arguments.gpu == kWeb) {
+    target.faces = kWebPatchFaces;
     return;
   }
   target.count = patches_in_flight(*multiprocessors(arguments.gpu));
@@ -47,12 +57,14 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
       "size, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces override the number "
       "of patches");
   command
-      .add_option("--gpu", arguments.gpu,
-                  "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors")
+      .add_option(
+          "--gpu", arguments.gpu,
+          "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors, or web for "
+          "the GPUs of a web page's visitors, with 500 to 3000 lanes: patches of 500 faces")
       ->check([](const std::string& gpu) {
-        return multiprocessors(gpu) ? std::string()
-                                    : gpu + " is not a known GPU; known are " + known_gpus() +
-                                          ", and any number of multiprocessors";
+        return gpu == kWeb || multiprocessors(gpu) ? std::string()
+                                                   : gpu + " is not a known GPU; known are " + known_gpus() +
+                                                         ", web, and any number of multiprocessors";
       })
       ->needs(profile)
       ->type_name("GPU");

@@ -5,41 +5,9 @@ import { BufferAttribute } from 'three';
 import { PsplitError } from '../error.js';
 import { or_abort } from '../job.js';
 import { array_of } from '../types.js';
-import { createGpuDecoder } from '../webgpu.js';
+import { decoder_of } from '../webgpu/batched_decoder.js';
 
 const unsupported = (message) => new PsplitError(message, 'unsupported');
-
-// Decodes on the device of a renderer. Containers that come together are one batch.
-class RendererDecoder {
-  #decoder;
-  #waiting = [];
-
-  constructor(device) {
-    this.#decoder = createGpuDecoder(device);
-    this.#decoder.catch(() => {});  // decode() tells
-  }
-
-  decode(bytes, attributes) {
-    return new Promise((resolve, reject) => {
-      if (this.#waiting.push({ bytes, attributes, resolve, reject }) === 1) setTimeout(() => this.#run());
-    });
-  }
-  async #run() {
-    const jobs = this.#waiting.splice(0);
-    try {
-      const decoder = await this.#decoder;
-      const meshes = await decoder.decode(jobs.map(({ bytes }) => bytes), { attributes: jobs.map(({ attributes }) => attributes), wasm: false });
-      for (const [i, { resolve }] of jobs.entries()) resolve(meshes[i]);
-    } catch (error) {
-      for (const { reject } of jobs) reject(error);
-    }
-  }
-}
-const decoders = new WeakMap();  // by device
-function decoder_of(device) {
-  if (!decoders.has(device)) decoders.set(device, new RendererDecoder(device));
-  return decoders.get(device);
-}
 
 // three widens single numbers of 8 and 16 bits when it makes a buffer, and needs the bounds of a mesh whose positions it cannot read.
 function check_columns({ columns, attributes, requests }) {

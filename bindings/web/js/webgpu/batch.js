@@ -43,8 +43,7 @@ export class Batch {
     this.#decoder = decoder;
     this.#device = decoder.device;
     this.#plans = plans;
-    const stream_count = plans.reduce((sum, plan) => sum + plan.stream_count, 0);
-    const layout = (this.#layout = new Layout(decoder.most_memory / 4, stream_count));
+    const layout = (this.#layout = new Layout(decoder.most_memory / 4, plans));
     let at = 0;
     for (const plan of plans) {
       plan.bytes_at = at;
@@ -81,9 +80,9 @@ export class Batch {
     for (const { outputs } of this.#plans) for (const { bounds } of outputs) if (bounds !== undefined) states.fill(kNone, bounds, bounds + kBoundsWords / 2);
     const state_bytes = 4 * layout.state_words, results = this.#buffer(4 * layout.result_words, STORAGE | COPY_SRC);
     const on_device = this.#buffer(state_bytes, STORAGE | COPY_SRC | COPY_DST, states), read_back = this.#buffer(state_bytes, MAP_READ | COPY_DST);
-    const storage = [bytes, this.#buffer(4 * layout.plan.length, STORAGE | COPY_DST, layout.plan.view()),
-      this.#buffer(4 * layout.streams.length, STORAGE | COPY_DST, layout.streams.view()),
-      this.#buffer(4 * layout.attributes.length, STORAGE | COPY_DST, layout.attributes.view()), this.#buffer(4 * layout.memory_words, STORAGE),
+    const storage = [bytes, this.#buffer(4 * layout.plan.length, STORAGE | COPY_DST, layout.plan.words),
+      this.#buffer(4 * layout.streams.length, STORAGE | COPY_DST, layout.streams.words),
+      this.#buffer(4 * layout.attributes.length, STORAGE | COPY_DST, layout.attributes.words), this.#buffer(4 * layout.memory_words, STORAGE),
       this.#buffer(4 * layout.walk_words, STORAGE), results, on_device];
     const windows = new Uint32Array((kUniformBytes / 4) * layout.windows.length);
     layout.windows.forEach(({ first, count }, i) => windows.set([first, count], (kUniformBytes / 4) * i));

@@ -75,7 +75,7 @@ fn number(@builtin(global_invocation_id) id: vec3u) {
   let walk = walk_of(s);
   var length = 0u;
   if (s.has_walk != 0u) { length = follow_border(s, state(i, kWalkLength)); }
-  if (!number_points_of(s, walk, length)) {
+  if (!number_points_of(s, i, walk, length)) {
     fail(i);
     return;
   }
@@ -108,32 +108,13 @@ fn follow_border(s: Stream, edge_count: u32) -> u32 {
   return length;
 }
 
-// A point's number becomes that in the mesh if the stream owns it, and the count of the mesh's points plus n if it is the n-th
-// reference. Resolves repeats. Returns false if the stitch map is broken.
-fn number_points_of(s: Stream, walk: View, length: u32) -> bool {
+// A point's number becomes that in the mesh if stream i owns it, and the count of the mesh's points plus n if it is the n-th reference.
+// Resolves repeats. Returns false if the stitch map is broken.
+fn number_points_of(s: Stream, i: u32, walk: View, length: u32) -> bool {
   let numbers = numbers_of(s);
   let references = references_of(s);
   for (var point = 0u; point < s.point_count; point++) { store(numbers, point, kNone); }
-  var reference = 0u;
-  for (var r = 0u; r < s.run_count; r++) {
-    let run = s.runs + kRunWords * r;
-    let begin = plan[run];
-    let count = plan[run + 1u];
-    if (begin > length || count > length - begin) { return false; }
-    for (var k = 0u; k < count; k++) {
-      let point = load(walk, begin + k);
-      if (load(numbers, point) != kNone) { return false; }
-      store(numbers, point, s.mesh_points + reference);
-      reference += 1u;
-    }
-  }
-  let first_pair = reference;
-  for (var p = 0u; p < s.pair_count; p++) {
-    let point = plan[s.pairs + kPairWords * p];
-    if (point >= s.point_count || load(numbers, point) != kNone) { return false; }
-    store(numbers, point, s.mesh_points + reference);
-    reference += 1u;
-  }
+  if (s.reference_count > 0u && !read_stitch_map(s, i, walk, length)) { return false; }
   var owned = s.first_point;
   for (var point = 0u; point < s.point_count; point++) {
     if (load(numbers, point) == kNone) {
@@ -141,10 +122,11 @@ fn number_points_of(s: Stream, walk: View, length: u32) -> bool {
       owned += 1u;
     }
   }
-  for (var p = 0u; p < s.repeat_count; p++) {
-    let number = load(numbers, plan[s.pairs + kPairWords * p + 2u]);
+  for (var r = 0u; r < s.reference_count; r++) {
+    if (load(references, 2u * r) != kIsRepeat) { continue; }
+    let number = load(numbers, load(references, 2u * r + 1u));
     if (number >= s.mesh_points) { return false; }
-    store(references, first_pair + p, number);
+    store(references, 2u * r + 1u, number);
   }
   return true;
 }

@@ -1,11 +1,10 @@
-// What JavaScript reads of a container: the directory, the stitch map and the heads of its streams. The rest is decoded on the
+// What JavaScript reads of a container: the directory and the heads of its streams. The rest is decoded on the
 // device. A container that the device does not decode is refused.
 import { kSemantics, kTypes } from '../types.js';
 import { are_justified, read_directory } from './directory.js';
-import { kBoundsWords, kGridWords, kNone, kStateWords, record_words, stream_words } from './layout.js';
+import { add_record_words, kBoundsWords, kGridWords, kNone, kStateWords, stream_words } from './layout.js';
 import { refuse } from './refusal.js';
-import { read_stitch_map } from './stitch_map.js';
-import { kCodingInteger, kCodingQuantized, read_stream_head } from './stream_head.js';
+import { kCodingInteger, kCodingQuantized, Reader, read_stream_head } from './stream_head.js';
 
 // One thread takes the steps of a stream. Displays' watchdogs end what takes seconds.
 const kMostFacesOfAStream = 65536;
@@ -26,10 +25,13 @@ function output_of({ coding, type, type_bytes, components }, request, as) {
 }
 
 export class ContainerPlan {
+  // Where a batch has it.
+  bytes_at = 0;
+  first_stream = 0;
+  indices = 0;
   #bytes;
-  #stitch = [];
-  #heads = [];
-  #words = [];  // of memory, by stream
+  #heads = [];  // of streams, with their counts
+  #words;       // of the memory of streams
   #sizes = null;
 
   /**
@@ -42,18 +44,24 @@ export class ContainerPlan {
     const directory = (this.directory = read_directory(bytes));
     this.#bytes = bytes;
     if (directory.has_residue) refuse('a residue');
-    for (let i = 0; i < directory.stream_count; ++i) this.#read_stream(i, most_words);
+    const reader = new Reader(bytes);
+    this.#words = new Uint32Array(directory.stream_count);
+    for (let i = 0; i < directory.stream_count; ++i) this.#read_stream(reader, i, most_words);
     this.attributes = attributes ?? stored(this.#heads[0]);
-    // The first stream says how values are written; others must say the same.
-    this.outputs = this.attributes.map((request) => {
-      const found = this.#heads.map(({ attributes: all }) => all.find(({ unique_id }) => unique_id === request.uniqueId) ?? refuse('an attribute that is missing'));
+    // The first stream says how values are written; others must say the same. Streams mostly have one list of attributes.
+    const lists = [];
+    for (const head of this.#heads) if (head.attributes !== lists.at(-1)) lists.push(head.attributes);
+    this.outputs = [];  // not by map(): V8 would compile the loops over streams again for another kind of array
+    for (const request of this.attributes) {
+      const found = lists.map((all) => all.find(({ unique_id }) => unique_id === request.uniqueId) ?? refuse('an attribute that is missing'));
       const outputs = found.map((attribute) => output_of(attribute, request, as)), { is_grid, out_bytes } = outputs[0];
       if (outputs.some((other) => other.is_grid !== is_grid) || (is_grid && found.some(({ coding }) => coding !== kCodingQuantized)))
         refuse('streams with other codings than the first');
       const is_bounded = found.every(({ semantic, coding, components }) => semantic === 0 && coding === kCodingQuantized && components === 3);
-      return { request, is_grid, out_bytes, is_bounded, coding: found[0].coding, stride: Math.ceil((out_bytes * request.componentCount) / 4) };
-    });
-    if (new Set(this.attributes.map(({ uniqueId }) => uniqueId)).size < this.attributes.length) refuse('an attribute that is wanted twice');
+      this.outputs.push({ request, is_grid, out_bytes, is_bounded, coding: found[0].coding, stride: Math.ceil((out_bytes * request.componentCount) / 4),
+        out: 0, grids: undefined, bounds: undefined });  // places, in a batch
+    }
+    if (this.attributes.some(({ uniqueId }, i) => this.attributes.findIndex((other) => other.uniqueId === uniqueId) < i)) refuse('an attribute that is wanted twice');
     const point_bytes = this.outputs.reduce((sum, { request, out_bytes }) => sum + out_bytes * request.componentCount, 0);
     if (!are_justified(12 * this.face_count + point_bytes * this.point_count, bytes.length)) refuse('results that the bytes do not justify');
   }
@@ -81,26 +89,22 @@ export class ContainerPlan {
   }
   #count_sizes() {
     const sizes = [0, 0, 0, 0, this.result_words, kStateWords * this.stream_count];
-    this.#heads.forEach((head, i) => record_words(head, this.#row(i), this.#stitch[i]).forEach((words, k) => (sizes[k] += words)));
+    for (let i = 0; i < this.stream_count; ++i) add_record_words(sizes, this.#heads[i]);
     for (const { coding, is_bounded } of this.outputs)
       sizes[5] += (coding === kCodingQuantized ? kGridWords * this.stream_count : 0) + (is_bounded ? kBoundsWords : 0);
     return sizes;
   }
 
-  #row(i) {
-    const { faces, points, references, stream_at } = this.directory;
-    return { face_count: faces[i], point_count: points[i], reference_count: references[i], stream_bytes: stream_at[i + 1] - stream_at[i] };
-  }
-  #read_stream(i, most_words) {
-    const { stitch_at, stream_at } = this.directory, row = this.#row(i), runs = [], pairs = [];
-    if (row.face_count > kMostFacesOfAStream) refuse('a stream of many faces');
-    const head = read_stream_head(this.#bytes, stream_at[i], stream_at[i + 1], row.face_count, this.#heads.at(-1));
-    const words = stream_words(head, row);
+  #read_stream(reader, i, most_words) {
+    const { faces, points, references, stream_at } = this.directory, begin = stream_at[i], end = stream_at[i + 1], face_count = faces[i];
+    if (face_count > kMostFacesOfAStream) refuse('a stream of many faces');
+    const head = read_stream_head(reader, begin, end, face_count, this.#heads[i - 1]);
+    head.point_count = points[i];
+    head.reference_count = references[i];
+    const words = stream_words(head);
     if (words > most_words) refuse('a stream that takes much memory');
-    const repeat_count = read_stitch_map(this.#bytes, stitch_at[i], stitch_at[i + 1], i, row.point_count, row.reference_count, runs, pairs);
+    this.#words[i] = words;
     this.#heads.push(head);
-    this.#words.push(words);
-    this.#stitch.push({ runs, pairs, repeat_count });
   }
 
   /**
@@ -109,15 +113,13 @@ export class ContainerPlan {
    * @param {number} bytes_at the place of the container in the batch's bytes
    */
   place(layout, bytes_at) {
-    const { directory } = this, { stream_at, first_faces, first_points } = directory;
-    const first_stream = (this.first_stream = layout.streams_added);
+    const { directory } = this, first_stream = (this.first_stream = layout.streams_added);
     this.indices = layout.take_results(3 * this.face_count);
     for (const output of this.outputs) {
       output.out = layout.take_results(output.stride * this.point_count);
       if (output.coding === kCodingQuantized) output.grids = layout.take_states(kGridWords * this.stream_count);
       if (output.is_bounded) output.bounds = layout.take_states(kBoundsWords);
     }
-    const has_walk = directory.references.some((count) => count > 0) ? 1 : 0, mesh_points = this.point_count, { indices } = this;
     const output_of_attribute = (attribute, all) => {
       const k = this.attributes.findIndex(({ uniqueId }) => uniqueId === attribute.unique_id), output = this.outputs[k];
       // Of several attributes with this id, the first one is meant.
@@ -125,17 +127,16 @@ export class ContainerPlan {
       return { out: output.out, out_bytes: output.out_bytes, stride: output.stride, is_grid: output.is_grid ? 1 : 0,
         grid: output.grids ?? 0, bounds: output.bounds ?? kNone };
     };
-    // Streams mostly have one list of attributes.
+    const place = { bytes_at, mesh_points: this.point_count, has_walk: directory.has_references ? 1 : 0, first_stream, indices: this.indices };
     let list, outputs;
     for (let i = 0; i < this.stream_count; ++i) {
-      const place_of_stream = { bytes_at, end: stream_at[i + 1] + bytes_at, first_face: first_faces[i], first_point: first_points[i], mesh_points,
-        has_walk, first_stream, indices, grid_offset: kGridWords * i, words: this.#words[i] };
       const head = this.#heads[i];
       if (head.attributes !== list) {
         list = head.attributes;
-        outputs = list.map((attribute) => output_of_attribute(attribute, list));
+        outputs = [];
+        for (const attribute of list) outputs.push(output_of_attribute(attribute, list));
       }
-      layout.add_stream(head, this.#row(i), this.#stitch[i], place_of_stream, outputs);
+      layout.add_stream(head, this.#words[i], place, outputs, i, directory);
     }
   }
 }

@@ -74,7 +74,7 @@ function check_head(bytes, begin, end) {
 
 /**
  * @param {Uint8Array} bytes of a whole container
- * @returns {{ stream_count: number, has_residue: boolean, faces: Uint32Array, points: Uint32Array, references: Uint32Array,
+ * @returns {{ stream_count: number, has_residue: boolean, has_references: boolean, faces: Uint32Array, points: Uint32Array, references: Uint32Array,
  *   stitch_at: Uint32Array, stream_at: Uint32Array, first_faces: Uint32Array, first_points: Uint32Array }} the places of stitch maps
  *   and streams, and the sums of faces and owned points, have one number more than there are streams
  */
@@ -120,7 +120,7 @@ export function read_directory(bytes) {
   stitch_at[stream_count] = stitch_bytes, stream_at[stream_count] = stream_bytes;
   first_faces[stream_count] = face_sum, first_points[stream_count] = point_sum;
   for (let i = 0; i <= stream_count; ++i) stitch_at[i] += end, stream_at[i] += end + stitch_bytes;
-  return { stream_count, has_residue, faces, points, references, stitch_at, stream_at, first_faces, first_points };
+  return { stream_count, has_residue, has_references: reference_sum > 0, faces, points, references, stitch_at, stream_at, first_faces, first_points };
 }
 
 /** Whether the stored bytes justify results of so many bytes. */

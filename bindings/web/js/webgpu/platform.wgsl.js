@@ -68,7 +68,7 @@ fn border_of(s: Stream) -> View { return View(s.border, s.vertex_limit + 3u); } 
 fn beyond_of(s: Stream) -> View { return View(s.border + s.vertex_limit + 3u, s.vertex_limit + 3u); }  // and the vertex at its end
 fn scratch_of(s: Stream) -> View { return View(s.scratch, s.scratch_count); }
 fn numbers_of(s: Stream) -> View { return View(s.numbers, s.point_count); }
-fn references_of(s: Stream) -> View { return View(s.references, s.reference_count + 1u); }
+fn references_of(s: Stream) -> View { return View(s.references, 2u * s.reference_count + 1u); }
 // Of streams with attribute data, also: the point at each corner, a corner of each point, and for each data its cut table and the
 // vertices on its seams.
 fn point_at_of(s: Stream) -> View { return View(select(s.point_at, s.vertex, s.data_count == 0u), 4u * s.face_count); }

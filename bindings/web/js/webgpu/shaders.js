@@ -14,13 +14,14 @@ import { prediction } from './prediction.wgsl.js';
 import { rans } from './rans.wgsl.js';
 import { seams } from './seams.wgsl.js';
 import { stitch } from './stitch.wgsl.js';
+import { stitch_map } from './stitch_map.wgsl.js';
 import { symbols } from './symbols.wgsl.js';
 import { tex_coords } from './tex_coords.wgsl.js';
 import { traversal } from './traversal.wgsl.js';
 import { value_writer } from './value_writer.wgsl.js';
 
 export const code = [records, platform, rans, integers, floats, edgebreaker_symbols, connectivity, seams, traversal, attributes, symbols, prediction, multi_parallelogram, octahedral,
-  normals, tex_coords, border_walk, stitch, value_writer].join('');
+  normals, tex_coords, stitch_map, border_walk, stitch, value_writer].join('');
 
 /**
  * The stages in the order in which they run. `by` says what a stage is dispatched for: a thread for each stream ('stream'), or for each

@@ -6,21 +6,23 @@ import { refuse } from './refusal.js';
 export const kCodingRaw = 0, kCodingInteger = 1, kCodingQuantized = 2, kCodingNormal = 3;
 const kTypeBytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1], kFloat32 = 9, kUint32 = 6;
 
-// Reads bytes; all that ends early is refused.
-class Reader {
-  constructor(bytes, at, end) {
+/** Reads bytes of a container; all that ends early is refused. */
+export class Reader {
+  at = 0;
+  end = 0;
+
+  constructor(bytes) {
     this.bytes = bytes;
-    this.at = at;
-    this.end = end;
   }
   u8() {
     if (this.at >= this.end) refuse('a stream that ends early');
     return this.bytes[this.at++];
   }
   #leb128(most_bytes) {
+    if (this.at < this.end && this.bytes[this.at] < 128) return this.bytes[this.at++];  // mostly
     for (let i = 0, value = 0; i < most_bytes; ++i) {
       const byte = this.u8();
-      value += (byte % 128) * 128 ** i;
+      value += i < 4 ? (byte & 127) << (7 * i) : (byte & 127) * 128 ** i;
       if (byte < 128) return value;
     }
     return refuse('a number that is too long');
@@ -98,7 +100,9 @@ function read_symbol_lists(reader, symbol_count) {
 }
 
 // Split events: [source, split, whether it is the right edge], in order of the stream.
+const kNone = [];
 function read_split_events(reader, count, symbol_count) {
+  if (count === 0) return kNone;
   const events = [];
   for (let i = 0, source = 0; i < count; ++i) {
     source += reader.varint();
@@ -164,11 +168,15 @@ const kDraco = [68, 82, 65, 67, 79, 2, 2, 1];
 
 /**
  * The head of the stream in bytes [begin, end), with `face_count` faces.
+ * @param {Reader} reader of the container
  * @param {object} [last] the head of the stream before it
  */
-export function read_stream_head(bytes, begin, end, face_count, last) {
-  const reader = new Reader(bytes, begin, end);
-  for (let i = 0; i < kDraco.length; ++i) if (reader.u8() !== kDraco[i]) refuse('not a Draco mesh of version 2.2');
+export function read_stream_head(reader, begin, end, face_count, last) {
+  const { bytes } = reader;
+  reader.at = begin;
+  reader.end = end;
+  for (let i = 0; i < kDraco.length; ++i) if (bytes[begin + i] !== kDraco[i]) refuse('not a Draco mesh of version 2.2');
+  reader.skip(kDraco.length);
   if (reader.u8() !== 1) refuse('a sequential stream');
   const flags = reader.u8() + 256 * reader.u8();
   if (flags >= 0x8000) refuse('metadata');
@@ -183,9 +191,10 @@ export function read_stream_head(bytes, begin, end, face_count, last) {
     !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
   const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = traversal === kValence ? 0 : reader.varint64(), symbols = reader.at;
   reader.skip(symbol_bytes);
-  const start_faces = read_bits(reader), seams = [];
-  for (let i = 0; i < data_count; ++i) seams.push(read_bits(reader));
-  const lists = traversal === kValence ? read_symbol_lists(reader, symbol_count) : [];
+  const start_faces = read_bits(reader), seams = data_count > 0 ? Array.from({ length: data_count }, () => read_bits(reader)) : kNone;
+  const lists = traversal === kValence ? read_symbol_lists(reader, symbol_count) : kNone;
   const groups_at = reader.at, { groups, attributes } = read_descriptions(reader, data_count, last);
-  return { symbol_count, vertex_limit, events, symbols, lists, start_faces, seams, groups, attributes, groups_at, body: reader.at };
+  // The plan sets other counts of the directory.
+  return { symbol_count, vertex_limit, events, symbols, lists, start_faces, seams, groups, attributes, groups_at, body: reader.at,
+    face_count, point_count: 0, reference_count: 0, stream_bytes: end - begin };
 }

@@ -12,7 +12,7 @@ fn write_faces(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
   for (var corner = lane; corner < 4u * s.face_count; corner += kLanes) {
     if ((corner & 3u) == 3u) { continue; }
     var number = load(numbers, load(point_at, corner));
-    if (number >= s.mesh_points) { number = load(references, number - s.mesh_points); }
+    if (number >= s.mesh_points) { number = load(references, 2u * (number - s.mesh_points) + 1u); }
     results[s.indices + 3u * (s.first_face + (corner >> 2u)) + (corner & 3u)] = number;
   }
 }

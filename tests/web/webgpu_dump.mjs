@@ -1,0 +1,5 @@
+// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V. For webgpu_compilers.mjs.
+import { createGpuDecoder, request_device } from './webgpu_device.mjs';
+
+await createGpuDecoder(await request_device());
+process.exit();
