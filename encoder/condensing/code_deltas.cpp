@@ -101,16 +101,30 @@ class DeltaWriter {
     for (; mixed != 0; mixed &= mixed - 1) out_.flags.push_back((flags & mixed & (0u - mixed)) != 0 ? 1 : 0);
     return flags;
   }
-  void begin(const core::DeltaItem*, uint32_t) {}
-  core::DeltaBlock corrections(uint32_t, const core::DeltaItem& item, core::DeltaBlock expected) {
-    core::DeltaValues predicted, corrections = {};
-    expected.store(predicted.of);
-    for (uint32_t k = 0; k < kDeltaComponents; ++k) {
-      const int32_t delta = row_deltas_[item.row * kDeltaComponents + k];
-      out_.corrections[k].push_back({folded_difference(delta, predicted.of[k]), item.levels[k]});
-      corrections.of[k] = core::wrapping_sub(delta, predicted.of[k]);
+  // Stores what each expected delta is off by.
+  class Corrections {
+   public:
+    explicit Corrections(const DeltaWriter& writer) : deltas_(writer.row_deltas_), out_(&writer.out_) {}
+    core::DeltaBlock next(const core::DeltaItem& item, core::DeltaBlock expected) const {
+      core::DeltaValues predicted, corrections = {};
+      expected.store(predicted.of);
+      for (uint32_t k = 0; k < kDeltaComponents; ++k) {
+        const int32_t delta = deltas_[item.row * kDeltaComponents + k];
+        out_->corrections[k].push_back(
+            {folded_difference(delta, predicted.of[k]), core::delta_level(item.means[k])});
+        corrections.of[k] = core::wrapping_sub(delta, predicted.of[k]);
+      }
+      return core::DeltaBlock(corrections.of);
     }
-    return core::DeltaBlock(corrections.of);
+
+   private:
+    const int32_t* deltas_;
+    CodedDeltas* out_;
+  };
+  template <typename Use>
+  void with_corrections(uint32_t, Use use) const {
+    Corrections corrections(*this);
+    use(corrections);
   }
 
  private:
@@ -303,7 +317,7 @@ CodedDeltas code_deltas(const DecodedSource& source, std::span<const core::Delta
   for (uint32_t i = 0; i < vertex_count; ++i) {
     coding.sources()[i] = search.find(i);
     writer.begin_vertex(i, words, rows.size());
-    coding.code(i, writer, [](uint32_t, core::DeltaBlock) {});
+    coding.code(i, writer, [](const core::DeltaRow&, core::DeltaBlock) {});
   }
   writer.end();
   return coded;

@@ -179,11 +179,43 @@ inline Status does_not_fit(const AttributeRequest& request) {
   return invalid_input("Draco stream: a value of " + request.semantic + " does not fit its accessor's type");
 }
 
+// The vertices of a patch's points, which the attributes of a group share.
+template <typename Index>
+class PointVertices {
+ public:
+  explicit PointVertices(const core::Patch<Index>& patch) : patch_(patch) {}
+
+  // Empty if the points are the vertices, or if no attribute before this one was of its group.
+  core::View<const Index> of(const core::Attribute<Index>& attribute) {
+    if (PSPLIT_IS_SMALL_CODE || patch_.corner_of_point.empty()) return {};
+    if (group_ != attribute.group) {
+      group_ = attribute.group;
+      found_.clear();
+    } else if (found_.empty()) {
+      const core::View<const Index> vertex = patch_.groups[attribute.group].table.table.vertex;
+      for (uint32_t point = 0; point < patch_.point_count; ++point)
+        found_.push_back(vertex[patch_.corner_of_point[point]]);
+    }
+    return {found_.data(), found_.size()};
+  }
+
+ private:
+  const core::Patch<Index>& patch_;
+  std::optional<uint32_t> group_;
+  std::vector<Index> found_;
+};
+
 // Writes an attribute's values to place_of(point), in the requested type.
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
-                       const AttributeRequest& request, PlaceOf place_of) {
+                       const AttributeRequest& request, PointVertices<Index>& vertices, PlaceOf place_of) {
   const DataType type = stored_type(request.component_type);
+  if (attribute.type == type && attribute.coding != core::Coding::kRaw)
+    if (const core::View<const Index> of_points = vertices.of(attribute); !of_points.empty()) {
+      patch.write_values_of(of_points, attribute,
+                            [place_of](uint32_t point) { return reinterpret_cast<uint8_t*>(place_of(point)); });
+      return {};
+    }
   const size_t stride = attribute.stride();
   std::vector<uint8_t> stored(attribute.type == type ? 0 : patch.point_count * stride);
   patch.write_values(attribute, [place_of, stride,
@@ -214,10 +246,11 @@ Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRe
                     std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
                     const PrimitiveBuffers& out) {
   write_stream_faces(patch, face_count, out.indices.data(), out.index_bytes);
+  PointVertices<Index> vertices(patch);
   for (size_t i = 0; i < requests.size(); ++i) {
     std::byte* const values = out.attributes[i].bytes.data();
     const size_t stride = out.attributes[i].stride;
-    Status written = write_attribute(patch, *attributes[i], requests[i],
+    Status written = write_attribute(patch, *attributes[i], requests[i], vertices,
                                      [&](uint32_t point) { return values + point * stride; });
     if (!written.ok()) return written;
   }

@@ -39,11 +39,11 @@ TEST(DeltaWeights, PredictAffineFunctions) {
   for (int i = 0; i < kTries; ++i) {
     const auto count = static_cast<uint32_t>(between(5, 8));
     std::array<std::array<int32_t, 3>, kMostDeltaSources> places{};
-    int32_t shifted[kMostDeltaSources][3];
+    DeltaOffset offsets[kMostDeltaSources] = {};
     for (uint32_t n = 0; n < count; ++n)
-      for (uint32_t k = 0; k < 3; ++k) shifted[n][k] = places[n][k] = between(-100, 100);
+      for (uint32_t k = 0; k < 3; ++k) offsets[n].of[k] = places[n][k] = between(-100, 100);
     const int slope[3] = {between(-9, 9), between(-9, 9), between(-9, 9)};
-    const DeltaWeights weights = affine_delta_weights(shifted, count);
+    const DeltaWeights weights = affine_delta_weights(offsets, count);
     ASSERT_EQ(sum_of(weights), kDeltaOne);
     double predicted = 0;
     for (uint32_t n = 0; n < count; ++n)
@@ -56,21 +56,26 @@ TEST(DeltaWeights, PredictAffineFunctions) {
   EXPECT_GT(largest, 0);
 }
 
-// Sanitizers watch the arithmetic.
+// With vectors and without them. Sanitizers watch the arithmetic.
 TEST(DeltaWeights, SumTo64AtAnyPlaces) {
   std::mt19937 random(2);
   constexpr int32_t kSpecial[] = {0, 1, -1, 127, -128, 128, INT32_MAX, INT32_MIN, 1 << 20};
   for (int i = 0; i < 20000; ++i) {
     const uint32_t count = 1 + random() % kMostDeltaSources, kind = random() % 4;
-    int32_t places[kMostDeltaSources][3];
-    for (auto& place : places)
-      for (int32_t& at : place)
+    DeltaOffset offsets[kMostDeltaSources] = {};
+    for (uint32_t n = 0; n < count; ++n)
+      for (int32_t& at : offsets[n].of)
         at = kind == 0   ? static_cast<int32_t>(random())
              : kind == 1 ? kSpecial[random() % std::size(kSpecial)]
              : kind == 2 ? static_cast<int32_t>(random() % 3)
                          : 0;
-    const DeltaWeights weights = affine_delta_weights(places, count);
+    const DeltaWeights weights = affine_delta_weights(offsets, count);
     ASSERT_EQ(sum_of(weights), kDeltaOne);
+    if (count > 1) {
+      DeltaFit fit;
+      fit_plainly(offsets, count, fit);
+      ASSERT_TRUE(std::ranges::equal(weights.of, delta_weights(fit, count).of));
+    }
     for (uint32_t n = count; n < kMostDeltaSources; ++n) ASSERT_EQ(weights.of[n], 0);
   }
 }
@@ -96,11 +101,12 @@ TEST(DeltaRecord, HasTheNearestNumbersOf16Bits) {
 TEST(DeltaLevels, GrowWithTheMean) {
   EXPECT_EQ(delta_level(0), 0);
   EXPECT_EQ(delta_level(1), 1);
-  for (uint32_t mean = 1; mean < kMeanSizes; ++mean) {
+  for (uint32_t mean = 1; mean <= kMostMeanSize; ++mean) {
     EXPECT_GE(delta_level(mean), delta_level(mean - 1));
     EXPECT_LE(delta_level(mean), delta_level(mean - 1) + 1);
   }
-  EXPECT_EQ(delta_level(kMeanSizes - 1), DeltaTables::kLevels - 2);
+  EXPECT_EQ(delta_level(kMostMeanSize), DeltaTables::kLevels - 2);
+  EXPECT_EQ(delta_level(kNoMeanSize), DeltaTables::kLevels - 1);
 }
 
 }  // namespace
