@@ -179,9 +179,10 @@ Status measure(const char* path, int rounds) {
   const std::array contenders{Contender{"psplit", [&] { return targets.with.decode(pool); }},
                               Contender{"psplit without targets", [&] { return targets.without.decode(pool); }},
                               Contender{"meshoptimizer", [&] { return decode(targets.meshopt); }}};
-  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, rounds);
-  if (!timings) return timings.status();
-  const auto& [with, without, meshopt] = std::tie((*timings)[0], (*timings)[1], (*timings)[2]);
+  const Expected<Measured> measured = measure_interleaved(contenders, {.count = rounds});
+  if (!measured) return measured.status();
+  const auto& [with, without, meshopt] =
+      std::tie(measured->timings[0], measured->timings[1], measured->timings[2]);
   const double least = with.min_ms - without.min_ms, middle = with.median_ms - without.median_ms;
   size_t meshopt_bytes = 0;
   for (const MeshoptTarget& target : targets.meshopt) meshopt_bytes += target.bytes.size();
