@@ -101,30 +101,19 @@ class DeltaWriter {
     for (; mixed != 0; mixed &= mixed - 1) out_.flags.push_back((flags & mixed & (0u - mixed)) != 0 ? 1 : 0);
     return flags;
   }
-  // Stores what each expected delta is off by.
-  class Corrections {
-   public:
-    explicit Corrections(const DeltaWriter& writer) : deltas_(writer.row_deltas_), out_(&writer.out_) {}
-    core::DeltaBlock next(const core::DeltaItem& item, core::DeltaBlock expected) const {
-      core::DeltaValues predicted, corrections = {};
-      expected.store(predicted.of);
-      for (uint32_t k = 0; k < kDeltaComponents; ++k) {
-        const int32_t delta = deltas_[item.row * kDeltaComponents + k];
-        out_->corrections[k].push_back(
-            {folded_difference(delta, predicted.of[k]), core::delta_level(item.means[k])});
-        corrections.of[k] = core::wrapping_sub(delta, predicted.of[k]);
-      }
-      return core::DeltaBlock(corrections.of);
+  void begin_corrections(core::View<const core::DeltaItem>, core::View<core::DeltaValues>) const {}
+  // Stores what an expected delta is off by.
+  core::DeltaBlock correction(const core::DeltaItem& item, const core::DeltaValues&,
+                              core::DeltaBlock expected) const {
+    core::DeltaValues predicted, corrections = {};
+    expected.store(predicted.of);
+    for (uint32_t k = 0; k < kDeltaComponents; ++k) {
+      const int32_t delta = row_deltas_[item.row * kDeltaComponents + k];
+      out_.corrections[k].push_back(
+          {folded_difference(delta, predicted.of[k]), core::delta_level(item.means[k])});
+      corrections.of[k] = core::wrapping_sub(delta, predicted.of[k]);
     }
-
-   private:
-    const int32_t* deltas_;
-    CodedDeltas* out_;
-  };
-  template <typename Use>
-  void with_corrections(uint32_t, Use use) const {
-    Corrections corrections(*this);
-    use(corrections);
+    return core::DeltaBlock(corrections.of);
   }
 
  private:

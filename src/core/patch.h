@@ -60,6 +60,13 @@ struct Patch {
         .template write<false>(
             SerialLanes(), point_count, [vertices](uint32_t point) { return vertices[point]; }, place_of);
   }
+  // One value after another, the first one at `out`.
+  PSPLIT_HD void write_all_values_of(View<const Index> vertices, const Attribute<Index>& attribute,
+                                     uint8_t* out) const {
+    ValueWriter<Index>(attribute, attribute.type)
+        .write_all(
+            point_count, [vertices](uint32_t point) { return vertices[point]; }, out);
+  }
 };
 
 }  // namespace psplit::core

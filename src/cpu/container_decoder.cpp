@@ -178,9 +178,8 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
     const uintptr_t first_value = values + numbers.front() * stride;
     Status status =
         !has_references_ && patch.point_count > 0
-            ? write_attribute(
-                  patch, *attributes[k], requests_[k], vertices,
-                  [=](uint32_t point) { return reinterpret_cast<std::byte*>(first_value + point * stride); })
+            ? write_attribute_at(patch, *attributes[k], requests_[k], vertices,
+                                 reinterpret_cast<std::byte*>(first_value), stride)
             : write_attribute(patch, *attributes[k], requests_[k], vertices, [=](uint32_t point) -> std::byte* {
                 // The owner writes; every copy holds the same bits.
                 const uint32_t number = number_of[point];

@@ -43,6 +43,50 @@ struct DeltaPlaces {
   }
 };
 
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+// The latest candidates, in registers. Which ones are later is unpredictable, so nothing branches on that.
+class LatestPlaces {
+ public:
+  static constexpr uint32_t kMostPlaces = 0x7ffe;  // in an order
+
+  // Nothing happens without a condition. Nearly no place is added twice.
+  PSPLIT_INLINE void add(uint32_t place, uint32_t is_neighbour, bool condition) {
+    const auto key = static_cast<int32_t>(2 * place + is_neighbour) + kFirst;
+    const __m128i keys = _mm_set1_epi16(static_cast<int16_t>(
+                      select(mask(condition), static_cast<uint32_t>(key), static_cast<uint32_t>(kLeast)))),
+                  one = _mm_set1_epi16(1),
+                  same = _mm_cmpeq_epi16(_mm_or_si128(kept_, one), _mm_or_si128(keys, one));
+    if (PSPLIT_UNLIKELY(_mm_movemask_epi8(same) != 0)) {
+      kept_ = _mm_or_si128(kept_, _mm_and_si128(same, keys));
+      return;
+    }
+    // Those that are less move on by one.
+    const __m128i before = _mm_insert_epi16(_mm_slli_si128(kept_, 2), INT16_MAX, 0);
+    kept_ = _mm_max_epi16(kept_, _mm_min_epi16(before, keys));
+  }
+  template <typename Sources>
+  void store(Sources& out) const {
+    const __m128i is_some = _mm_cmpgt_epi16(kept_, _mm_set1_epi16(kNone)),
+                  places =
+                      _mm_and_si128(_mm_srli_epi16(_mm_sub_epi16(kept_, _mm_set1_epi16(kFirst)), 1), is_some),
+                  none = _mm_setzero_si128();
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out.place), places);
+    const auto bits_of = [&](__m128i of) {
+      return static_cast<uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(of, none)));
+    };
+    out.count = static_cast<uint8_t>(trailing_zeros(~bits_of(is_some)));
+    out.neighbours = static_cast<uint8_t>(bits_of(_mm_and_si128(_mm_slli_epi16(kept_, 15), is_some)));
+  }
+
+ private:
+  // The key of a candidate has its place, then whether it is a neighbour. No candidate: kNone; a key that
+  // changes nothing: kLeast.
+  static constexpr int16_t kLeast = INT16_MIN, kNone = kLeast + 2, kFirst = kNone + 2;
+
+  __m128i kept_ = _mm_set1_epi16(kNone);  // descending
+};
+#endif
+
 // Finds the sources of the vertex at place `i` of the order of creation. Sources are, of all that come before
 // it, the latest: its neighbours, and the vertices across the edges of its faces that are opposite to it, where
 // both ends of the edge come before it. If there are none, the vertex before it in the order.
@@ -62,7 +106,7 @@ class DeltaSourceSearch {
     for (uint32_t n = 0; n < count; ++n) fit(first + n, out[n], fits[n]);
     for (uint32_t n = 0; n < count; ++n)
       out[n].weights =
-          out[n].count < 2 ? even_delta_weights(out[n].count) : delta_weights(fits[n], out[n].count);
+          out[n].count < 2 ? even_delta_weights(out[n].count) : weights_of_fit(fits[n], out[n].count);
   }
   PSPLIT_HD DeltaSources<Index> find(uint32_t i) const {
     DeltaSources<Index> found;
@@ -73,35 +117,60 @@ class DeltaSourceSearch {
  private:
   PSPLIT_HD DeltaSources<Index> list(uint32_t i) const {
     DeltaSources<Index> found;
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+    if constexpr (sizeof(Index) == sizeof(int16_t)) {
+      if (PSPLIT_LIKELY(order_.count <= LatestPlaces::kMostPlaces)) {
+        LatestPlaces latest;
+        find_candidates(i, [&](uint32_t place, uint32_t is_neighbour, bool condition) {
+          latest.add(place, is_neighbour, condition);
+        });
+        latest.store(found);
+        if (PSPLIT_UNLIKELY(found.count == 0)) add_previous(i, found);
+        return found;
+      }
+    }
+#endif
+    find_candidates(i, [&](uint32_t place, uint32_t is_neighbour, bool condition) {
+      if (condition) add(place, is_neighbour, found);
+    });
+    if (found.count == 0) add_previous(i, found);
+    return found;
+  }
+  // Calls add(place, is_neighbour, condition) for what is a candidate if the condition holds.
+  template <typename Add>
+  PSPLIT_HD PSPLIT_INLINE void find_candidates(uint32_t i, Add add) const {
+    // Across the edge from a to b.
+    const auto add_far = [&](Index corner, uint32_t a, uint32_t b) {
+      const Index across = table_.opposite[corner];
+      const bool exists = across != kNone<Index>;
+      const uint32_t far = place_of(static_cast<Index>(select(mask(exists), across, corner)));
+      add(far, 0, exists & (a < i) & (b < i) & (far < i));
+    };
     // Each face around the vertex has an edge with the one before it, so one vertex of it is new.
     const Index start = order_.corner[i];
     uint32_t a = place_of(next(start)), b = place_of(previous(start));
-    if (a < i) add(a, 1, found);
-    if (b < i) add(b, 1, found);
-    add_far(start, a, b, i, found);
+    add(a, 1, a < i);
+    add(b, 1, b < i);
+    add_far(start, a, b);
     Index corner = start;
     while ((corner = table_.swing_left(corner)) != kNone<Index> && corner != start) {
       const uint32_t shared = b;
-      if (b = place_of(previous(corner)); b < i) add(b, 1, found);
-      add_far(corner, shared, b, i, found);
+      b = place_of(previous(corner));
+      add(b, 1, b < i);
+      add_far(corner, shared, b);
     }
     if (corner == kNone<Index>)
       for (corner = start; (corner = table_.swing_right(corner)) != kNone<Index>;) {
         const uint32_t shared = a;
-        if (a = place_of(next(corner)); a < i) add(a, 1, found);
-        add_far(corner, a, shared, i, found);
+        a = place_of(next(corner));
+        add(a, 1, a < i);
+        add_far(corner, a, shared);
       }
-    if (found.count == 0 && i > 0)
-      found.place[0] = static_cast<Index>(i - 1), found.count = found.neighbours = 1;
-    return found;
+  }
+  PSPLIT_HD static void add_previous(uint32_t i, DeltaSources<Index>& found) {
+    if (i > 0) found.place[0] = static_cast<Index>(i - 1), found.count = found.neighbours = 1;
   }
   PSPLIT_HD uint32_t place_of(Index corner) const { return order_.rank[table_.vertex[corner]]; }
-  // Across the edge from a to b.
-  PSPLIT_HD void add_far(Index corner, uint32_t a, uint32_t b, uint32_t i, DeltaSources<Index>& found) const {
-    const Index across = table_.opposite[corner];
-    if (a >= i || b >= i || across == kNone<Index>) return;
-    if (const uint32_t far = place_of(across); far < i) add(far, 0, found);
-  }
   // Keeps the latest ones, in descending order.
   PSPLIT_HD static void add(uint32_t place, uint32_t is_neighbour, DeltaSources<Index>& found) {
     uint32_t n = found.count;

@@ -156,7 +156,11 @@ inline void fit_at_once(const DeltaOffset* offsets, uint32_t count, DeltaFit& fi
 }
 #endif
 
-PSPLIT_HD inline DeltaWeights delta_weights(const DeltaFit& fit, uint32_t count) {
+// The slopes of 1 - the plane that is 1 at the vertex, along the three axes.
+struct DeltaPlane {
+  int64_t of[3] = {};
+};
+PSPLIT_HD inline DeltaPlane delta_plane(const DeltaFit& fit) {
   int32_t m[6];
   copy_bytes(m, fit.m, sizeof m);
   // A small multiple of the identity keeps sources on a line or a plane from having no solution.
@@ -173,21 +177,24 @@ PSPLIT_HD inline DeltaWeights delta_weights(const DeltaFit& fit, uint32_t count)
   const int64_t c[6] = {a[3] * a[5] - a[4] * a[4], a[2] * a[4] - a[1] * a[5], a[1] * a[4] - a[2] * a[3],
                         a[0] * a[5] - a[2] * a[2], a[1] * a[2] - a[0] * a[4], a[0] * a[3] - a[1] * a[1]};
   const int64_t determinant = (a[0] * c[0] + a[1] * c[1] + a[2] * c[2]) >> (16 - down);
-  int64_t plane[3] = {};
+  DeltaPlane plane;
   if (determinant > 0) {
     const int64_t sums[3] = {c[0] * b[0] + c[1] * b[1] + c[2] * b[2], c[1] * b[0] + c[3] * b[1] + c[4] * b[2],
                              c[2] * b[0] + c[4] * b[1] + c[5] * b[2]};
     constexpr int64_t kMostSlope = int64_t{1} << 24;
     for (uint32_t k = 0; k < 3; ++k) {
       const int64_t slope = sums[k] / determinant;
-      plane[k] = slope < -kMostSlope ? -kMostSlope : slope > kMostSlope ? kMostSlope : slope;
+      plane.of[k] = slope < -kMostSlope ? -kMostSlope : slope > kMostSlope ? kMostSlope : slope;
     }
   }
+  return plane;
+}
+inline constexpr int32_t kMostShare = 1 << 24;
+PSPLIT_HD inline DeltaWeights delta_weights(const DeltaFit& fit, const DeltaPlane& plane, uint32_t count) {
   int32_t shares[kMostDeltaSources];
   for (uint32_t n = 0; n < count; ++n) {
-    constexpr int64_t kMostShare = int64_t{1} << 24;
     const int64_t along =
-        plane[0] * fit.places[0][n] + plane[1] * fit.places[1][n] + plane[2] * fit.places[2][n];
+        plane.of[0] * fit.places[0][n] + plane.of[1] * fit.places[1][n] + plane.of[2] * fit.places[2][n];
     const int64_t share = (fit.q[n] * (65536 - along)) >> 6;
     shares[n] = static_cast<int32_t>(share < -kMostShare  ? -kMostShare
                                      : share > kMostShare ? kMostShare
@@ -195,6 +202,79 @@ PSPLIT_HD inline DeltaWeights delta_weights(const DeltaFit& fit, uint32_t count)
   }
   return delta_weights(shares, count);
 }
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+// All sources at once, with doubles. These are exact below 2^53; a quotient is rounded, but never to the next
+// integer, because it is less than 128 where it matters, and the divisor less than 2^28.
+inline DeltaWeights delta_weights_at_once(const DeltaFit& fit, const DeltaPlane& plane, uint32_t count) {
+  const auto load = [](const void* from) { return _mm_loadu_si128(static_cast<const __m128i*>(from)); };
+  const auto limited = [](__m128d x, double most) {
+    return _mm_max_pd(_mm_min_pd(x, _mm_set1_pd(most)), _mm_set1_pd(-most));
+  };
+  // Integers below `most`, rounded down.
+  const auto floors = [](__m128d low, __m128d high, int32_t most) {
+    const __m128d above = _mm_set1_pd(most);
+    return _mm_sub_epi32(
+        _mm_unpacklo_epi64(_mm_cvttpd_epi32(_mm_add_pd(low, above)), _mm_cvttpd_epi32(_mm_add_pd(high, above))),
+        _mm_set1_epi32(most));
+  };
+  __m128d slopes[3];
+  for (uint32_t k = 0; k < 3; ++k) slopes[k] = _mm_set1_pd(static_cast<double>(plane.of[k]));
+  __m128i places[3][2];
+  for (uint32_t k = 0; k < 3; ++k) {
+    const __m128i narrow = load(fit.places[k]);
+    places[k][0] = _mm_srai_epi32(_mm_unpacklo_epi16(narrow, narrow), 16);
+    places[k][1] = _mm_srai_epi32(_mm_unpackhi_epi16(narrow, narrow), 16);
+  }
+  const __m128i sources = _mm_set1_epi32(static_cast<int>(count));
+  __m128i shares[2];
+  PSPLIT_UNROLL
+  for (uint32_t half = 0; half < 2; ++half) {
+    const auto share_of = [&](__m128i x, __m128i y, __m128i z, __m128i q) {
+      const __m128d along = _mm_add_pd(
+          _mm_add_pd(_mm_mul_pd(_mm_cvtepi32_pd(x), slopes[0]), _mm_mul_pd(_mm_cvtepi32_pd(y), slopes[1])),
+          _mm_mul_pd(_mm_cvtepi32_pd(z), slopes[2]));
+      return limited(_mm_mul_pd(_mm_mul_pd(_mm_cvtepi32_pd(q), _mm_sub_pd(_mm_set1_pd(65536), along)),
+                                _mm_set1_pd(1.0 / 64)),
+                     kMostShare);
+    };
+    const auto second = [](__m128i four) { return _mm_unpackhi_epi64(four, four); };
+    const __m128i x = places[0][half], y = places[1][half], z = places[2][half], q = load(&fit.q[4 * half]);
+    const __m128i number =
+        _mm_add_epi32(_mm_set1_epi32(static_cast<int>(4 * half)), _mm_setr_epi32(0, 1, 2, 3));
+    shares[half] = _mm_and_si128(
+        floors(share_of(x, y, z, q), share_of(second(x), second(y), second(z), second(q)), 2 * kMostShare),
+        _mm_cmplt_epi32(number, sources));
+  }
+  const __m128i sum = _mm_add_epi32(shares[0], shares[1]);
+  const int32_t total = _mm_cvtsi128_si32(sums_of(sum, sum, sum, sum));
+  if (PSPLIT_UNLIKELY(total <= 0)) return even_delta_weights(count);
+  const __m128d of = _mm_set1_pd(total), half_of = _mm_set1_pd(total / 2);
+  __m128i weights[2];
+  PSPLIT_UNROLL
+  for (uint32_t half = 0; half < 2; ++half) {
+    const auto weight_of = [&](__m128i share) {
+      const __m128d scaled = _mm_add_pd(_mm_mul_pd(_mm_cvtepi32_pd(share), _mm_set1_pd(kDeltaOne)), half_of);
+      return limited(_mm_div_pd(scaled, of), kMostDeltaWeight + 1);
+    };
+    weights[half] = floors(weight_of(shares[half]), weight_of(_mm_unpackhi_epi64(shares[half], shares[half])),
+                           2 * (kMostDeltaWeight + 1));
+  }
+  const __m128i narrow =
+      _mm_max_epi16(_mm_min_epi16(_mm_packs_epi32(weights[0], weights[1]), _mm_set1_epi16(kMostDeltaWeight)),
+                    _mm_set1_epi16(-kMostDeltaWeight));
+  __m128i largest = _mm_max_epi16(narrow, _mm_unpackhi_epi64(narrow, narrow));
+  largest = _mm_max_epi16(largest, _mm_shufflelo_epi16(largest, 0x4e));
+  largest = _mm_max_epi16(largest, _mm_shufflelo_epi16(largest, 0xb1));
+  largest = _mm_unpacklo_epi64(_mm_shufflelo_epi16(largest, 0), _mm_shufflelo_epi16(largest, 0));
+  const auto is_largest = static_cast<uint32_t>(_mm_movemask_epi8(_mm_cmpeq_epi16(narrow, largest)));
+  const __m128i pairs = _mm_madd_epi16(narrow, _mm_set1_epi16(1));
+  DeltaWeights out;
+  _mm_store_si128(reinterpret_cast<__m128i*>(&out), narrow);
+  int16_t& first = out.of[trailing_zeros(is_largest) / 2];
+  first = static_cast<int16_t>(first + kDeltaOne - _mm_cvtsi128_si32(sums_of(pairs, pairs, pairs, pairs)));
+  return out;
+}
+#endif
 
 // The weights of sources with these offsets from the vertex come from the fit. There are places for eight
 // offsets; those beyond the last source are 0.
@@ -205,11 +285,18 @@ PSPLIT_HD inline void fit_offsets(const DeltaOffset* offsets, uint32_t count, De
   fit_plainly(offsets, count, fit);
 #endif
 }
+PSPLIT_HD inline DeltaWeights weights_of_fit(const DeltaFit& fit, uint32_t count) {
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+  return delta_weights_at_once(fit, delta_plane(fit), count);
+#else
+  return delta_weights(fit, delta_plane(fit), count);
+#endif
+}
 PSPLIT_HD inline DeltaWeights affine_delta_weights(const DeltaOffset* offsets, uint32_t count) {
   if (count < 2) return even_delta_weights(count);
   DeltaFit fit;
   fit_offsets(offsets, count, fit);
-  return delta_weights(fit, count);
+  return weights_of_fit(fit, count);
 }
 
 }  // namespace psplit::core

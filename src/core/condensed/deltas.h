@@ -32,9 +32,10 @@ struct DeltaRow {
 
   int32_t* values = nullptr;  // the attribute's, by vertex
   DeltaValues zero = {};
-  uint16_t reference = kNone;  // a row before it
-  int16_t factor = 0;
+  const DeltaValues* referred = nullptr;  // what `reference` has at the vertex being coded, or a 0
+  uint16_t reference = kNone;             // a row before it
   bool is_even = false;
+  int32_t factor = 0;
 };
 
 // What others depend on of a row at a vertex.
@@ -59,6 +60,18 @@ PSPLIT_INLINE __m128i vector_of(DeltaBlock block) {
   DeltaValues values;
   block.store(values.of);
   return _mm_load_si128(reinterpret_cast<const __m128i*>(&values));
+}
+PSPLIT_INLINE DeltaBlock block_of(__m128i vector) {
+  DeltaValues values;
+  _mm_store_si128(reinterpret_cast<__m128i*>(&values), vector);
+  return DeltaBlock(values.of);
+}
+// Each component times `factor`: fewer instructions than for any two vectors.
+PSPLIT_INLINE DeltaBlock scaled(DeltaBlock block, int32_t factor) {
+  const __m128i of = vector_of(block), factors = _mm_set1_epi32(factor);
+  const __m128 even = _mm_castsi128_ps(_mm_mul_epu32(of, factors)),
+               odd = _mm_castsi128_ps(_mm_mul_epu32(_mm_srli_epi64(of, 32), factors));
+  return block_of(_mm_shuffle_epi32(_mm_castps_si128(_mm_shuffle_ps(even, odd, 0x88)), 0xd8));
 }
 // The records of a vertex's sources, and their weights. Those beyond the last source are zeros.
 class DeltaNeighbourhood {
@@ -121,6 +134,7 @@ PSPLIT_INLINE DeltaRecord delta_record(DeltaBlock remainders, DeltaBlock correct
   return out;
 }
 #else
+PSPLIT_HD inline DeltaBlock scaled(DeltaBlock block, int32_t factor) { return block.times(factor); }
 class DeltaNeighbourhood {
  public:
   static constexpr uint32_t kMostPairs = 1;  // it is not unrolled
@@ -195,8 +209,8 @@ PSPLIT_HD PSPLIT_INLINE uint8_t delta_level(uint32_t mean) {
 //
 //   flags(sure, expected, mixed)     returns the flags of 32 rows. Those in `sure` equal those in `expected`,
 //                                    unless a run ends there; those in `mixed` are bits
-//   with_corrections(count, use)     calls use(corrections) for the `count` deltas of a vertex that are not 0:
-//                                    corrections.next(item, expected) returns what `expected` is off by
+//   begin_corrections(items, out)    is told the deltas of a vertex that are not 0, and may store corrections
+//   correction(item, stored, expected)   returns what `expected` is off by, for each of these deltas
 //
 // The memory has no meaning before. Arrays are by place in the order of creation, then by row.
 template <typename Index>
@@ -205,7 +219,8 @@ class DeltaCoding {
   PSPLIT_HD static size_t bytes(uint64_t vertices, uint64_t rows) {
     return Arena::bytes<DeltaSources<Index>>(vertices) + Arena::bytes<uint32_t>(vertices * words(rows)) +
            Arena::bytes<Words>((1 + rows) * quads(rows)) + Arena::bytes<DeltaRecord>((vertices + 1) * rows) +
-           Arena::bytes<DeltaValues>(2 * rows + 1) + Arena::bytes<DeltaItem>(rows) + 2 * Arena::bytes<Words>(0);
+           Arena::bytes<DeltaValues>(rows + 1) + Arena::bytes<DeltaValues>(rows) +
+           Arena::bytes<DeltaItem>(rows) + 2 * Arena::bytes<Words>(0);
   }
   PSPLIT_HD bool allocate(uint32_t vertex_count, View<DeltaRow> rows, Arena& arena) {
     rows_ = rows;
@@ -214,16 +229,16 @@ class DeltaCoding {
                    quad_count = quads(row_count);
     if (!arena.take(sources_, vertices) || !arena.take(flags_, vertices * word_count) ||
         !arena.take(records_, (vertices + 1) * row_count) || !arena.take(deltas_, row_count + 1) ||
-        !arena.take(predicted_, row_count) || !arena.take(items_, row_count) ||
+        !arena.take(corrections_, row_count) || !arena.take(items_, row_count) ||
         !arena.take(referrers_, row_count * quad_count) || !arena.take(pending_, quad_count))
       return false;
+    if (!flags_.empty()) set_bytes(flags_.data(), 0, word_count * sizeof(uint32_t));  // read without a meaning
     set_bytes(&records_[vertices * row_count], 0, row_count * sizeof(DeltaRecord));
     set_bytes(referrers_.data(), 0, referrers_.size() * sizeof(Words));
     for (uint32_t r = 0; r < row_count; ++r) {
-      if (rows[r].reference != DeltaRow::kNone)
-        referrers_[rows[r].reference * quad_count + r / 128].of[r / 32 % 4] |= 1u << r % 32;
-      else
-        rows[r].reference = static_cast<uint16_t>(row_count);  // a delta that is always 0
+      const bool refers = rows[r].reference != DeltaRow::kNone;
+      if (refers) referrers_[rows[r].reference * quad_count + r / 128].of[r / 32 % 4] |= 1u << r % 32;
+      rows[r].referred = &deltas_[refers ? rows[r].reference : row_count];
     }
     return true;
   }
@@ -239,27 +254,21 @@ class DeltaCoding {
     set_bytes(records, 0, row_count * sizeof *records);
     set_bytes(deltas_.data(), 0, deltas_.size() * sizeof(DeltaValues));
     const uint32_t count = list_items(sources_[i], flags);
-    coder.with_corrections(count, [&](auto& shared) {
-      auto corrections = shared;  // stays in registers
-      const auto put_one = put;
-      const DeltaRow* const rows = rows_.data();
-      const DeltaItem* const end = items_.data() + count;
-      const DeltaValues* prediction = predicted_.data();
-      DeltaValues* const deltas = deltas_.data();
-      DeltaRecord* const out = records;
-      for (const DeltaItem* at = items_.data(); at != end; ++at, ++prediction) {
-        const DeltaItem& item = *at;
-        const DeltaRow& row = rows[item.row];
-        const DeltaBlock predicted(prediction->of), part = part_of(row, DeltaBlock(deltas[row.reference].of)),
-                                                    correction = corrections.next(item, predicted + part),
-                                                    remainder = predicted + correction,
-                                                    delta = remainder + part;
-        out[item.row] = delta_record(remainder, correction);
-        delta.store(deltas[item.row].of);
-        put_one(row, delta);
-      }
-      shared = corrections;
-    });
+    const View<const DeltaItem> items{items_.data(), count};
+    coder.begin_corrections(items, corrections_);
+    const DeltaRow* const rows = rows_.data();
+    DeltaValues* const deltas = deltas_.data();
+    const DeltaValues* given = corrections_.data();
+    for (const DeltaItem *at = items.data(), *end = at + count; at != end; ++at, ++given) {
+      const DeltaItem& item = *at;
+      const DeltaRow& row = rows[item.row];
+      const DeltaBlock predicted(deltas[item.row].of),
+          part = part_of(row), correction = coder.correction(item, *given, predicted + part),
+          remainder = predicted + correction, delta = remainder + part;
+      records[item.row] = delta_record(remainder, correction);
+      delta.store(deltas[item.row].of);
+      put(row, delta);
+    }
     code_zeros(flags, count, records);
   }
 
@@ -271,8 +280,8 @@ class DeltaCoding {
   PSPLIT_HD static constexpr uint64_t words(uint64_t rows) { return (rows + 31) / 32; }
   PSPLIT_HD static constexpr uint64_t quads(uint64_t rows) { return (rows + 127) / 128; }
   // The multiple of the reference's delta that a row resembles.
-  PSPLIT_HD static DeltaBlock part_of(const DeltaRow& row, DeltaBlock delta) {
-    return (delta.times(row.factor) + DeltaBlock(kDeltaOne / 2)).shifted(kDeltaBits);
+  PSPLIT_HD PSPLIT_INLINE static DeltaBlock part_of(const DeltaRow& row) {
+    return (scaled(DeltaBlock(row.referred->of), row.factor) + DeltaBlock(kDeltaOne / 2)).shifted(kDeltaBits);
   }
 
   template <typename Coder>
@@ -280,13 +289,19 @@ class DeltaCoding {
                                             Coder& coder) const {
     const auto count = static_cast<uint32_t>(words(rows_.size()));
     uint32_t* const flags = flags_.data() + size_t{i} * count;
+    // The number of neighbours is unpredictable: each other source is replaced by one of them.
+    const bool has_neighbours = sources.neighbours != 0;
+    const uint32_t one = sources.place[has_neighbours ? trailing_zeros(sources.neighbours) : 0];
     const uint32_t* neighbours[kMostDeltaSources];
-    uint32_t neighbour_count = 0;
-    for (uint32_t left = sources.neighbours; left != 0; left &= left - 1)
-      neighbours[neighbour_count++] = flags_.data() + size_t{sources.place[trailing_zeros(left)]} * count;
+    PSPLIT_UNROLL
+    for (uint32_t n = 0; n < kMostDeltaSources; ++n)
+      neighbours[n] =
+          flags_.data() + size_t{select(0u - (sources.neighbours >> n & 1u), sources.place[n], one)} * count;
     for (uint32_t word = 0; word < count; ++word) {
-      uint32_t all = neighbour_count > 0 ? ~0u : 0, some = 0;
-      for (uint32_t n = 0; n < neighbour_count; ++n) all &= neighbours[n][word], some |= neighbours[n][word];
+      uint32_t all = mask(has_neighbours), some = 0;
+      PSPLIT_UNROLL
+      for (uint32_t n = 0; n < kMostDeltaSources; ++n) all &= neighbours[n][word], some |= neighbours[n][word];
+      some &= mask(has_neighbours);
       const uint32_t rows = static_cast<uint32_t>(rows_.size()) - 32 * word;
       const uint32_t valid = rows >= 32 ? ~0u : (1u << rows) - 1, mixed = some & ~all & valid;
       flags[word] = coder.flags(valid & ~mixed, all & valid & ~mixed, mixed);
@@ -317,11 +332,11 @@ class DeltaCoding {
   PSPLIT_HD uint32_t list_items(const DeltaNeighbourhood& around, View<const uint32_t> flags) const {
     const DeltaRow* const rows = rows_.data();
     DeltaItem* item = items_.data();
-    DeltaValues* predicted = predicted_.data();
+    DeltaValues* const predicted = deltas_.data();
     for (uint32_t word = 0; word < flags.size(); ++word)
       for (uint32_t left = flags[word]; left != 0; left &= left - 1) {
         const uint32_t row = 32 * word + trailing_zeros(left);
-        around.describe<kPairs>(row, rows[row].is_even, *predicted++, *item++);
+        around.describe<kPairs>(row, rows[row].is_even, predicted[row], *item++);
       }
     return static_cast<uint32_t>(item - items_.data());
   }
@@ -341,8 +356,7 @@ class DeltaCoding {
       for (uint32_t left = pending_[word / 4].of[word % 4] & ~flags[word]; left != 0; left &= left - 1) {
         const uint32_t r = 32 * word + trailing_zeros(left);
         const DeltaRow& row = rows_[r];
-        records[r] =
-            delta_record(DeltaBlock(0) - part_of(row, DeltaBlock(deltas_[row.reference].of)), DeltaBlock(0));
+        records[r] = delta_record(DeltaBlock(0) - part_of(row), DeltaBlock(0));
       }
   }
 
@@ -350,43 +364,13 @@ class DeltaCoding {
   View<DeltaSources<Index>> sources_;
   View<uint32_t> flags_;       // bits, by word
   View<DeltaRecord> records_;  // the vertices' records, then zeros
-  // Of the vertex being coded: its deltas by row, then a 0; the list of those that are not 0; their
-  // predictions.
-  View<DeltaValues> deltas_, predicted_;
+  // Of the vertex being coded: its deltas by row, then a 0; corrections; the list of those that are not 0.
+  // A delta is at first the prediction of its remainder.
+  View<DeltaValues> deltas_, corrections_;
   View<DeltaItem> items_;
   View<Words> referrers_;                     // by row: bits of the rows that have the row as their reference
   View<Words> pending_;                       // of the vertex being coded: the referrers of rows that are not 0
   DeltaWeights even_[kMostDeltaSources + 1];  // by number of sources
-};
-
-// Reads corrections of a vertex. kIsFar: the sections have at least a word for each of them.
-template <bool kIsFar>
-class DeltaCorrections {
- public:
-  PSPLIT_HD DeltaCorrections(const SectionReader (&sections)[kDeltaComponents], const TokenTable* const* tables)
-      : x_(sections[0]), y_(sections[1]), z_(sections[2]), tables_(tables) {}
-
-  PSPLIT_HD PSPLIT_INLINE DeltaBlock next(const DeltaItem& item, DeltaBlock) {
-    uint32_t x = next_token(x_, item.means[0]), y = next_token(y_, item.means[1]),
-             z = next_token(z_, item.means[2]);
-    if (PSPLIT_UNLIKELY((x | y | z) >= kDirectTokens)) {
-      x = symbol_of_token(x_, x);
-      y = symbol_of_token(y_, y);
-      z = symbol_of_token(z_, z);
-    }
-    return DeltaBlock(x, y, z, 0).signed_of_symbols();
-  }
-  PSPLIT_HD void give_back(SectionReader (&sections)[kDeltaComponents]) const {
-    sections[0] = x_, sections[1] = y_, sections[2] = z_;
-  }
-
- private:
-  PSPLIT_HD PSPLIT_INLINE uint32_t next_token(SectionReader& section, uint32_t mean) const {
-    return section.template next_token<kIsFar>(*tables_[delta_level(mean)]);
-  }
-
-  SectionReader x_, y_, z_;  // stay in registers
-  const TokenTable* const* tables_;
 };
 
 // Reads flags and corrections from the sections of a stream.
@@ -413,23 +397,24 @@ class DeltaReader {
       run_ = next_run();
     }
     run_ -= count;
-    for (; mixed != 0; mixed &= mixed - 1)
-      if (flags_.next_bit(some_) != 0) flags |= mixed & (0u - mixed);
+    // Whether a flag is 1 is unpredictable.
+    SectionReader section = flags_;  // stays in registers
+    for (; mixed != 0; mixed &= mixed - 1) flags |= mixed & (0u - mixed) & (0u - section.next_bit(some_));
+    flags_ = section;
     return flags;
   }
-  template <typename Use>
-  PSPLIT_HD PSPLIT_INLINE void with_corrections(uint32_t count, Use use) {
+  // Corrections are read before they are used: their states then stay in registers.
+  PSPLIT_HD void begin_corrections(View<const DeltaItem> items, View<DeltaValues> out) {
+    const auto count = static_cast<uint32_t>(items.size());
     bool is_far = !PSPLIT_IS_SMALL_CODE;
     for (const SectionReader& section : sections_) is_far &= section.has_words(count);
-    if (is_far) {
-      DeltaCorrections<!PSPLIT_IS_SMALL_CODE> corrections(sections_, tables_);
-      use(corrections);
-      corrections.give_back(sections_);
-    } else {
-      DeltaCorrections<false> corrections(sections_, tables_);
-      use(corrections);
-      corrections.give_back(sections_);
-    }
+    if (is_far)
+      read_corrections<!PSPLIT_IS_SMALL_CODE>(items, out.data());
+    else
+      read_corrections<false>(items, out.data());
+  }
+  PSPLIT_HD PSPLIT_INLINE static DeltaBlock correction(const DeltaItem&, const DeltaValues& read, DeltaBlock) {
+    return DeltaBlock(read.of);
   }
   // Whether all sections are read to their ends, when all vertices are coded.
   PSPLIT_HD bool is_at_end() const {
@@ -439,6 +424,24 @@ class DeltaReader {
   }
 
  private:
+  // kIsFar: the sections have at least a word for each of the corrections.
+  template <bool kIsFar>
+  PSPLIT_HD void read_corrections(View<const DeltaItem> items, DeltaValues* out) {
+    SectionReader words[kDeltaComponents] = {sections_[0], sections_[1], sections_[2]};
+    const auto next_token = [&](uint32_t k, const DeltaItem& item) {
+      return words[k].template next_token<kIsFar>(*tables_[delta_level(item.means[k])]);
+    };
+    for (const DeltaItem *at = items.data(), *end = at + items.size(); at != end; ++at, ++out) {
+      uint32_t x = next_token(0, *at), y = next_token(1, *at), z = next_token(2, *at);
+      if (PSPLIT_UNLIKELY((x | y | z) >= kDirectTokens)) {
+        x = symbol_of_token(sections_[0], x);
+        y = symbol_of_token(sections_[1], y);
+        z = symbol_of_token(sections_[2], z);
+      }
+      DeltaBlock(x, y, z, 0).signed_of_symbols().store(out->of);
+    }
+    for (uint32_t k = 0; k < kDeltaComponents; ++k) sections_[k].go_to_words_of(words[k]);
+  }
   PSPLIT_HD uint32_t next_run() { return symbol_of_token(flags_, flags_.next_token(*runs_)); }
 
   SectionReader flags_, sections_[kDeltaComponents];
@@ -527,8 +530,8 @@ class DeltaDecoder {
       const DeltaModel& model = stream.models.deltas[n];
       const DeltaValues zero = {{model.zero[0], model.zero[1], model.zero[2], 0}};
       int32_t* const values = patch.attributes[model.attribute].values.data();
-      const DeltaBlock block(zero.of);
-      for_each_lane_item(lanes, vertex_count, [=](uint32_t v) { block.store(values + size_t{4} * v); });
+      for_each_lane_item(lanes, vertex_count,
+                         [=](uint32_t v) { DeltaBlock(zero.of).store(values + size_t{4} * v); });
     }
     if (rows_.empty()) {
       lanes.sync();

@@ -61,6 +61,8 @@ class SectionReader {
     state_ = select(due, state_ << 16 | load_le16(kIsFar || at_ < last ? at_ : last), state_);
     at_ += 2 & due;
   }
+  // Continues with words where a copy, which read no bits, is.
+  PSPLIT_HD void go_to_words_of(const SectionReader& copy) { state_ = copy.state_, at_ = copy.at_; }
   // Whether that many words are left, which so many symbols may need.
   PSPLIT_HD bool has_words(uint32_t count) const { return end_ - at_ >= ptrdiff_t{2} * count; }
 

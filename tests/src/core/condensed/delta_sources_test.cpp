@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <random>
 
 #include "src/core/condensed/deltas.h"
@@ -74,11 +76,43 @@ TEST(DeltaWeights, SumTo64AtAnyPlaces) {
     if (count > 1) {
       DeltaFit fit;
       fit_plainly(offsets, count, fit);
-      ASSERT_TRUE(std::ranges::equal(weights.of, delta_weights(fit, count).of));
+      ASSERT_TRUE(std::ranges::equal(weights.of, delta_weights(fit, delta_plane(fit), count).of));
     }
     for (uint32_t n = count; n < kMostDeltaSources; ++n) ASSERT_EQ(weights.of[n], 0);
   }
 }
+
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+// As a sorted set of all candidates has them.
+TEST(LatestPlaces, AreTheEightLatestCandidates) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 20000; ++i) {
+    const uint32_t most = random() % 2 == 0 ? 12 : LatestPlaces::kMostPlaces,
+                   tries = static_cast<uint32_t>(random() % 20);
+    std::map<uint32_t, uint32_t, std::greater<>> candidates;  // by place: whether it is a neighbour
+    LatestPlaces latest;
+    for (uint32_t n = 0; n < tries; ++n) {
+      const auto place = static_cast<uint32_t>(random() % most),
+                 is_neighbour = static_cast<uint32_t>(random() % 2);
+      const bool condition = random() % 3 != 0;
+      latest.add(place, is_neighbour, condition);
+      if (condition) candidates[place] |= is_neighbour;
+    }
+    latest.add(~0u, 1, false);
+    latest.add(most - 1, 0, true);  // the last place of the order
+    candidates[most - 1] |= 0;
+    DeltaSources<uint16_t> found;
+    latest.store(found);
+    ASSERT_EQ(found.count, std::min<size_t>(candidates.size(), kMostDeltaSources));
+    uint32_t n = 0;
+    for (auto at = candidates.begin(); n < kMostDeltaSources; ++n) {
+      ASSERT_EQ(found.place[n], n < found.count ? at->first : 0);
+      ASSERT_EQ(found.neighbours >> n & 1u, n < found.count ? at->second : 0);
+      if (n < found.count) ++at;
+    }
+  }
+}
+#endif
 
 // With vectors and without them.
 TEST(DeltaRecord, HasTheNearestNumbersOf16Bits) {
