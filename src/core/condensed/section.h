@@ -64,7 +64,7 @@ class SectionReader {
   // Continues with words where a copy, which read no bits, is.
   PSPLIT_HD void go_to_words_of(const SectionReader& copy) { state_ = copy.state_, at_ = copy.at_; }
   // Whether that many words are left, which so many symbols may need.
-  PSPLIT_HD bool has_words(uint32_t count) const { return end_ - at_ >= ptrdiff_t{2} * count; }
+  PSPLIT_HD bool has_words(uint32_t count) const { return int64_t{end_ - at_} >= int64_t{2} * count; }
 
   template <bool kIsFar = false>
   PSPLIT_HD PSPLIT_INLINE uint32_t next_token(const TokenTable& table) {
