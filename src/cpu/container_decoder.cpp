@@ -175,9 +175,9 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
     const uintptr_t values =
         reinterpret_cast<uintptr_t>(out_.attributes[k].bytes.data()) - first_point * stride;
     const uint32_t* const number_of = numbers.data();
-    const uintptr_t first_value = values + numbers.front() * stride;
+    const uintptr_t first_value = values + (numbers.empty() ? 0 : numbers.front()) * stride;
     Status status =
-        !has_references_ && patch.point_count > 0
+        !PSPLIT_IS_SMALL_CODE && !has_references_ && patch.point_count > 0
             ? write_attribute_at(patch, *attributes[k], requests_[k], vertices,
                                  reinterpret_cast<std::byte*>(first_value), stride)
             : write_attribute(patch, *attributes[k], requests_[k], vertices, [=](uint32_t point) -> std::byte* {
