@@ -293,13 +293,11 @@ class DeltaCoding {
     const bool has_neighbours = sources.neighbours != 0;
     const uint32_t one = sources.place[has_neighbours ? trailing_zeros(sources.neighbours) : 0];
     const uint32_t* neighbours[kMostDeltaSources];
-    PSPLIT_UNROLL
     for (uint32_t n = 0; n < kMostDeltaSources; ++n)
       neighbours[n] =
           flags_.data() + size_t{select(0u - (sources.neighbours >> n & 1u), sources.place[n], one)} * count;
     for (uint32_t word = 0; word < count; ++word) {
       uint32_t all = mask(has_neighbours), some = 0;
-      PSPLIT_UNROLL
       for (uint32_t n = 0; n < kMostDeltaSources; ++n) all &= neighbours[n][word], some |= neighbours[n][word];
       some &= mask(has_neighbours);
       const uint32_t rows = static_cast<uint32_t>(rows_.size()) - 32 * word;
