@@ -101,13 +101,16 @@ class DeltaWriter {
     for (; mixed != 0; mixed &= mixed - 1) out_.flags.push_back((flags & mixed & (0u - mixed)) != 0 ? 1 : 0);
     return flags;
   }
-  void begin(const core::DeltaItem*, uint32_t) {}
-  core::DeltaBlock corrections(uint32_t, const core::DeltaItem& item, core::DeltaBlock expected) {
+  void begin_corrections(core::View<const core::DeltaItem>, core::View<core::DeltaValues>) const {}
+  // Stores what an expected delta is off by.
+  core::DeltaBlock correction(const core::DeltaItem& item, const core::DeltaValues&,
+                              core::DeltaBlock expected) const {
     core::DeltaValues predicted, corrections = {};
     expected.store(predicted.of);
     for (uint32_t k = 0; k < kDeltaComponents; ++k) {
       const int32_t delta = row_deltas_[item.row * kDeltaComponents + k];
-      out_.corrections[k].push_back({folded_difference(delta, predicted.of[k]), item.levels[k]});
+      out_.corrections[k].push_back(
+          {folded_difference(delta, predicted.of[k]), core::delta_level(item.means[k])});
       corrections.of[k] = core::wrapping_sub(delta, predicted.of[k]);
     }
     return core::DeltaBlock(corrections.of);
@@ -151,11 +154,14 @@ void DeltaSample::add(const DecodedSource& source, std::span<const core::DeltaMo
   delta_count_ = deltas.size();
   const DeltaOrder order(source);
   const core::DeltaSourceSearch<uint32_t> search = order.search(source, has_places);
+  const size_t count = is_some_.size() + (order.sequence().count + every - 1) / every * deltas.size();
+  is_some_.reserve(count);
+  for (auto& by_component : corrections_)
+    for (std::vector<int32_t>& corrections : by_component) corrections.reserve(count);
   for (uint32_t i = 0; i < order.sequence().count; i += every) {
     const core::DeltaSources<uint32_t> sources = search.find(i);
     const core::DeltaWeights even = core::even_delta_weights(sources.count);
     for (const core::DeltaModel& model : deltas) {
-      Corrections& corrections = corrections_.emplace_back();
       is_some_.push_back(is_some(source, model, order.vertex(i)));
       for (uint32_t k = 0; k < kDeltaComponents; ++k) {
         // Clamps the sums: a reference does not help with deltas that are larger.
@@ -170,8 +176,8 @@ void DeltaSample::add(const DecodedSource& source, std::span<const core::DeltaMo
           affine_sum -= sources.weights.of[n] * at;
           even_sum -= even.of[n] * at;
         }
-        corrections.affine[k] = narrow(affine_sum);
-        corrections.even[k] = narrow(even_sum);
+        corrections_[false][k].push_back(narrow(affine_sum));
+        corrections_[true][k].push_back(narrow(even_sum));
       }
     }
   }
@@ -179,21 +185,28 @@ void DeltaSample::add(const DecodedSource& source, std::span<const core::DeltaMo
 
 void DeltaSample::append(DeltaSample&& other) {
   delta_count_ = std::max(delta_count_, other.delta_count_);
-  corrections_.insert(corrections_.end(), other.corrections_.begin(), other.corrections_.end());
-  is_some_.insert(is_some_.end(), other.is_some_.begin(), other.is_some_.end());
+  const auto append_to = [](auto& all, auto&& more) {
+    if (all.empty())
+      all = std::move(more);
+    else
+      all.insert(all.end(), more.begin(), more.end());
+  };
+  for (size_t is_even = 0; is_even < corrections_.size(); ++is_even)
+    for (uint32_t k = 0; k < kDeltaComponents; ++k)
+      append_to(corrections_[is_even][k], std::move(other.corrections_[is_even][k]));
+  append_to(is_some_, std::move(other.is_some_));
   other = {};
 }
 
 uint64_t DeltaSample::cost_of(size_t delta, bool is_even) const {
   uint64_t cost = 0;
-  for (size_t at = delta; at < corrections_.size(); at += delta_count_)
-    for (uint32_t k = 0; k < kDeltaComponents && is_some_[at] != 0; ++k)
-      cost += cost_of_correction(corrections_[at].of(is_even)[k]);
+  for_each_correction(delta, is_even,
+                      [&](const int32_t* corrections) { cost += cost_of_correction(corrections[delta]); });
   return cost;
 }
 
 void DeltaSample::choose(std::span<core::DeltaModel> deltas, const ThreadPool& pool) const {
-  if (corrections_.empty()) return;
+  if (is_some_.empty()) return;
   pool.for_each(deltas.size(), [&](size_t n) {
     deltas[n].is_even = cost_of(n, true) < cost_of(n, false);
     choose_reference(deltas, n);
@@ -205,18 +218,18 @@ void DeltaSample::choose(std::span<core::DeltaModel> deltas, const ThreadPool& p
 void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t delta) const {
   core::DeltaModel& model = deltas[delta];
   const bool is_even = model.is_even;
-  struct Entry {
-    const Corrections* row;
-    uint32_t component;
-    int64_t correction, weight;
-  };
-  std::vector<Entry> entries;
-  for (size_t at = delta; at < corrections_.size(); at += delta_count_)
-    for (uint32_t k = 0; k < kDeltaComponents && is_some_[at] != 0; ++k) {
-      const int64_t correction = corrections_[at].of(is_even)[k];
-      constexpr int64_t kWeight = 4096, kSmall = 4;
-      entries.push_back({&corrections_[at - delta], k, correction, kWeight / (kSmall + std::abs(correction))});
+  // By earlier attribute: the sums of products and of squares. They are integers below 2^53.
+  std::vector<double> products(delta), squares(delta);
+  for_each_correction(delta, is_even, [&](const int32_t* corrections) {
+    constexpr int32_t kWeight = 4096, kSmall = 4;
+    const int32_t weight = kWeight / (kSmall + std::abs(corrections[delta]));
+    const double weighted = weight * corrections[delta], of_square = weight;
+    for (size_t r = 0; r < delta; ++r) {
+      const double of_reference = corrections[r];
+      products[r] += weighted * of_reference;
+      squares[r] += of_square * of_reference * of_reference;
     }
+  });
   struct Choice {
     double gain = 0;
     size_t reference = 0;
@@ -224,18 +237,11 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
   };
   std::array<Choice, 2> best{};
   for (size_t r = 0; r < delta; ++r) {
-    int64_t product = 0, square = 0;
-    for (const Entry& entry : entries) {
-      const int64_t of_reference = entry.row[r].of(is_even)[entry.component];
-      const int64_t weighted = entry.weight * of_reference;
-      product += weighted * entry.correction;
-      square += weighted * of_reference;
-    }
-    if (square == 0) continue;
-    const double factor = static_cast<double>(product) / static_cast<double>(square);
+    if (squares[r] == 0) continue;
+    const double factor = products[r] / squares[r];
     constexpr double kMostFactor = 512;
     const Choice choice{
-        factor * static_cast<double>(product), r,
+        factor * products[r], r,
         static_cast<int32_t>(std::floor(std::clamp(kDeltaOne * factor, -kMostFactor, kMostFactor) + 0.5))};
     if (choice.gain > best[0].gain)
       best = {choice, best[0]};
@@ -247,10 +253,10 @@ void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t de
   for (const Choice& choice : best) {
     if (choice.factor == 0) continue;
     uint64_t cost = kHeadCost;
-    for (const Entry& entry : entries)
-      cost += cost_of_correction(
-          entry.correction -
-          rounded(int64_t{choice.factor} * entry.row[choice.reference].of(is_even)[entry.component]));
+    for_each_correction(delta, is_even, [&](const int32_t* corrections) {
+      cost += cost_of_correction(corrections[delta] -
+                                 rounded(int64_t{choice.factor} * corrections[choice.reference]));
+    });
     if (cost >= least) continue;
     least = cost;
     model.reference = static_cast<uint16_t>(choice.reference);
@@ -303,7 +309,7 @@ CodedDeltas code_deltas(const DecodedSource& source, std::span<const core::Delta
   for (uint32_t i = 0; i < vertex_count; ++i) {
     coding.sources()[i] = search.find(i);
     writer.begin_vertex(i, words, rows.size());
-    coding.code(i, writer, [](uint32_t, core::DeltaBlock) {});
+    coding.code(i, writer, [](const core::DeltaRow&, core::DeltaBlock) {});
   }
   writer.end();
   return coded;

@@ -2,6 +2,8 @@
 // src/core/condensed/deltas.h decodes them.
 #pragma once
 
+#include <array>
+
 #include "encoder/condensing/shared_models.h"
 #include "psplit/parallel.h"
 
@@ -22,17 +24,22 @@ class DeltaSample {
   void choose(std::span<core::DeltaModel> deltas, const ThreadPool& pool) const;
 
  private:
-  // At a vertex: what the weights leave of an attribute's delta, by component.
-  struct Corrections {
-    int32_t affine[core::kDeltaComponents], even[core::kDeltaComponents];
-    const int32_t* of(bool is_even) const { return is_even ? even : affine; }
-  };
   uint64_t cost_of(size_t delta, bool is_even) const;
   void choose_reference(std::span<core::DeltaModel> deltas, size_t delta) const;
 
+  // Calls use(corrections) for each component at each vertex where the delta is not 0: what the weights leave
+  // of the attributes' deltas there, by attribute.
+  template <typename Use>
+  void for_each_correction(size_t delta, bool is_even, Use use) const {
+    for (size_t at = 0; at < is_some_.size(); at += delta_count_)
+      for (uint32_t k = 0; k < core::kDeltaComponents && is_some_[at + delta] != 0; ++k)
+        use(&corrections_[is_even][k][at]);
+  }
+
   size_t delta_count_ = 0;
-  std::vector<Corrections> corrections_;  // by vertex, then by attribute
-  std::vector<uint8_t> is_some_;          // the same: whether the delta is not 0
+  // By whether the weights are even, by component, by vertex, then by attribute.
+  std::array<std::array<std::vector<int32_t>, core::kDeltaComponents>, 2> corrections_;
+  std::vector<uint8_t> is_some_;  // by vertex, then by attribute: whether the delta is not 0
 };
 
 // The symbols of all deltas of `source`. has_places: its first attribute is in order of creation.

@@ -19,6 +19,9 @@ class Components {
   PSPLIT_HD explicit Components(int32_t all) {
     for (int32_t& value : values_) value = all;
   }
+  PSPLIT_HD Components(uint32_t x, uint32_t y, uint32_t z, uint32_t w) requires(kCount == 4)
+      : values_{static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z),
+                static_cast<int32_t>(w)} {}
   PSPLIT_HD explicit Components(const int32_t* from) {
     for (uint32_t k = 0; k < kCount; ++k) values_[k] = from[k];
   }
@@ -83,6 +86,7 @@ requires(kCount == 3 || kCount == 4) class Components<kCount> {
  public:
   Components() = default;
   explicit Components(int32_t all) : Components(spread(static_cast<uint32_t>(all))) {}
+  Components(uint32_t x, uint32_t y, uint32_t z, uint32_t w) : lanes_{x, y, z, w} {}
   explicit Components(const int32_t* from) { copy_bytes(&lanes_, from, sizeof lanes_); }
   void store(int32_t* to) const { copy_bytes(to, &lanes_, sizeof lanes_); }
 

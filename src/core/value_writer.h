@@ -77,6 +77,23 @@ class ValueWriter {
     }
   }
 
+  // Writes the values one after another, the first one at `out`.
+  template <typename ValueOf>
+  PSPLIT_HD void write_all(uint32_t count, ValueOf value_of, uint8_t* out) const {
+    const uint32_t stride = data_type_bytes(type_) * attribute_.components;
+#if defined(PSPLIT_HAS_VECTORS)
+    if (coding_ == Coding::kQuantized && attribute_.components == 3 && count > 0) {
+      // The fourth number of a value is written as well, and then the next value in its place.
+      const auto dequantize = dequantizer<false, 3, 4>();
+      for (uint32_t point = 0; point + 1 < count; ++point, out += 3 * sizeof(float))
+        dequantize(value_of(point), out);
+      return dequantizer<false, 3>()(value_of(count - 1), out);
+    }
+#endif
+    write<false>(SerialLanes(), count, value_of,
+                 [out, stride](uint32_t point) { return out + size_t{point} * stride; });
+  }
+
  private:
   template <bool kAligned, typename T>
   PSPLIT_HD static void store(uint8_t* out, const T& value) {
@@ -98,7 +115,8 @@ class ValueWriter {
     };
   }
 
-  template <bool kAligned, uint32_t kComponents>
+  // kWritten: how many numbers are written of a vector; the fourth means nothing.
+  template <bool kAligned, uint32_t kComponents, uint32_t kWritten = kComponents>
   PSPLIT_HD auto dequantizer() const {
     return [components = kComponents != 0 ? kComponents : attribute_.components, step = step_,
             origin = GridOrigin<kComponents>(attribute_.origin),
@@ -112,7 +130,7 @@ class ValueWriter {
         copy_bytes(&places, in, sizeof places);
         const Floats dequantized = __builtin_convertvector(places, Floats) * Floats{step, step, step, step} +
                                    Floats{origin[0], origin[1], origin[2], 0};
-        copy_bytes(out, &dequantized, 3 * sizeof(float));
+        copy_bytes(out, &dequantized, kWritten * sizeof(float));
         return;
       }
 #endif

@@ -168,15 +168,23 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
       }
   });
   const size_t first_point = container_.owned_base[range_.first];
+  PointVertices<Index> vertices(patch);
   for (size_t k = 0; k < requests_.size(); ++k) {
     const size_t stride = out_.attributes[k].stride;
     // The address of the mesh's point 0. Only addresses of points that the range owns are made to pointers.
     const uintptr_t values =
         reinterpret_cast<uintptr_t>(out_.attributes[k].bytes.data()) - first_point * stride;
-    Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
-      // The owner writes; every copy holds the same bits.
-      return numbers[point] < total ? reinterpret_cast<std::byte*>(values + numbers[point] * stride) : nullptr;
-    });
+    const uint32_t* const number_of = numbers.data();
+    const uintptr_t first_value = values + (numbers.empty() ? 0 : numbers.front()) * stride;
+    Status status =
+        !PSPLIT_IS_SMALL_CODE && !has_references_ && patch.point_count > 0
+            ? write_attribute_at(patch, *attributes[k], requests_[k], vertices,
+                                 reinterpret_cast<std::byte*>(first_value), stride)
+            : write_attribute(patch, *attributes[k], requests_[k], vertices, [=](uint32_t point) -> std::byte* {
+                // The owner writes; every copy holds the same bits.
+                const uint32_t number = number_of[point];
+                return number < total ? reinterpret_cast<std::byte*>(values + number * stride) : nullptr;
+              });
     if (!status.ok()) return status;
   }
   if (!PSPLIT_IS_SMALL_CODE && findings_ != nullptr) {
@@ -212,13 +220,15 @@ Status ContainerDecoder::keep_copies(uint32_t i, const core::Patch<Index>& patch
   for (uint32_t point = 0; point < numbers.size(); ++point)
     if (numbers[point] >= total) stitched.copied_points[numbers[point] - total] = point;
   stitched.copies.resize(requests_.size());
+  PointVertices<Index> vertices(patch);
   for (size_t k = 0; k < requests_.size(); ++k) {
     const size_t width = requests_[k].value_bytes();
     std::vector<std::byte>& copies = stitched.copies[k];
     copies.resize(stitched.references.size() * width);
-    Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
-      return numbers[point] < total ? nullptr : copies.data() + (numbers[point] - total) * width;
-    });
+    Status status =
+        write_attribute(patch, *attributes[k], requests_[k], vertices, [&](uint32_t point) -> std::byte* {
+          return numbers[point] < total ? nullptr : copies.data() + (numbers[point] - total) * width;
+        });
     if (!status.ok()) return status;
   }
   return {};

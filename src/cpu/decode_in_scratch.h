@@ -179,11 +179,50 @@ inline Status does_not_fit(const AttributeRequest& request) {
   return invalid_input("Draco stream: a value of " + request.semantic + " does not fit its accessor's type");
 }
 
-// Writes an attribute's values to place_of(point), in the requested type.
+// The vertices of a patch's points, which the attributes of a group share.
+template <typename Index>
+class PointVertices {
+ public:
+  explicit PointVertices(const core::Patch<Index>& patch) : patch_(patch) {}
+
+  // Empty if the points are the vertices, or if no attribute before this one was of its group.
+  core::View<const Index> of(const core::Attribute<Index>& attribute) {
+    if (PSPLIT_IS_SMALL_CODE || patch_.corner_of_point.empty()) return {};
+    if (group_ != attribute.group) {
+      group_ = attribute.group;
+      found_.clear();
+    } else if (found_.empty()) {
+      const core::View<const Index> vertex = patch_.groups[attribute.group].table.table.vertex;
+      for (uint32_t point = 0; point < patch_.point_count; ++point)
+        found_.push_back(vertex[patch_.corner_of_point[point]]);
+    }
+    return {found_.data(), found_.size()};
+  }
+
+ private:
+  const core::Patch<Index>& patch_;
+  static constexpr uint32_t kNoGroup = ~0u;
+  uint32_t group_ = kNoGroup;  // of the attribute before this one
+  std::vector<Index> found_;
+};
+
+// Writes an attribute's values to place_of(point), in the requested type. If the values are one after another,
+// the first one may be given, which is faster.
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
-                       const AttributeRequest& request, PlaceOf place_of) {
+                       const AttributeRequest& request, PointVertices<Index>& vertices, PlaceOf place_of,
+                       std::byte* first = nullptr) {
   const DataType type = stored_type(request.component_type);
+  if (attribute.type == type && attribute.coding != core::Coding::kRaw)
+    if (const core::View<const Index> of_points = vertices.of(attribute); !of_points.empty()) {
+      if (first != nullptr)
+        patch.write_all_values_of(of_points, attribute, reinterpret_cast<uint8_t*>(first));
+      else
+        patch.write_values_of(of_points, attribute, [place_of](uint32_t point) {
+          return reinterpret_cast<uint8_t*>(place_of(point));
+        });
+      return {};
+    }
   const size_t stride = attribute.stride();
   std::vector<uint8_t> stored(attribute.type == type ? 0 : patch.point_count * stride);
   patch.write_values(attribute, [place_of, stride,
@@ -200,6 +239,16 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
   return {};
 }
 
+// The same for places that are `stride` bytes apart.
+template <typename Index>
+Status write_attribute_at(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
+                          const AttributeRequest& request, PointVertices<Index>& vertices, std::byte* first,
+                          size_t stride) {
+  return write_attribute(
+      patch, attribute, request, vertices, [=](uint32_t point) { return first + point * stride; },
+      stride == attribute.stride() ? first : nullptr);
+}
+
 // Writes the first faces of a stream.
 template <typename Index>
 void write_stream_faces(const core::Patch<Index>& patch, uint32_t face_count, void* indices,
@@ -214,11 +263,10 @@ Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRe
                     std::span<const core::Attribute<Index>* const> attributes, uint32_t face_count,
                     const PrimitiveBuffers& out) {
   write_stream_faces(patch, face_count, out.indices.data(), out.index_bytes);
+  PointVertices<Index> vertices(patch);
   for (size_t i = 0; i < requests.size(); ++i) {
-    std::byte* const values = out.attributes[i].bytes.data();
-    const size_t stride = out.attributes[i].stride;
-    Status written = write_attribute(patch, *attributes[i], requests[i],
-                                     [&](uint32_t point) { return values + point * stride; });
+    Status written = write_attribute_at(patch, *attributes[i], requests[i], vertices,
+                                        out.attributes[i].bytes.data(), out.attributes[i].stride);
     if (!written.ok()) return written;
   }
   return {};

@@ -19,10 +19,6 @@
 #include "src/core/condensed/token_steps.h"
 #include "src/core/patch.h"
 
-#if defined(PSPLIT_HAS_VECTORS) && defined(__SSE2__) && !defined(__CUDACC__)
-#include <emmintrin.h>
-#endif
-
 namespace psplit::core {
 
 // The numbers of three components. The fourth is 0.
@@ -36,11 +32,10 @@ struct DeltaRow {
 
   int32_t* values = nullptr;  // the attribute's, by vertex
   DeltaValues zero = {};
-  uint16_t reference = kNone;  // a row before it
-  int16_t factor = 0;
+  const DeltaValues* referred = nullptr;  // what `reference` has at the vertex being coded, or a 0
+  uint16_t reference = kNone;             // a row before it
   bool is_even = false;
-  // The rows that have this one as their reference: the first one, and from each the next one.
-  uint16_t first_referrer = kNone, next_referrer = kNone;
+  int32_t factor = 0;
 };
 
 // What others depend on of a row at a vertex.
@@ -48,39 +43,86 @@ struct alignas(16) DeltaRecord {
   int16_t remainders[4];  // 16 bits hold nearly all; the others become the nearest ones that have 16
   uint16_t sizes[4];      // the magnitudes of corrections, at most 255
 };
-// What depends on the records of sources: the prediction of a remainder, and sums of sizes.
-struct DeltaAround {
-  DeltaValues predicted;
-  alignas(8) uint16_t sizes[4];
+
+// A row whose delta at a vertex is not 0. `means` are of the sizes of the sources, in quarters, by component.
+struct alignas(8) DeltaItem {
+  uint16_t means[kDeltaComponents];
+  uint16_t row;
 };
+inline constexpr uint16_t kMostMeanSize = 4 * kMostDeltaSize,
+                          kNoMeanSize = kMostMeanSize + 4;  // without sources
 
 // In registers.
 using DeltaBlock = Components<4>;
 
-#if defined(PSPLIT_HAS_VECTORS) && defined(__SSE2__) && !defined(__CUDACC__)
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
 PSPLIT_INLINE __m128i vector_of(DeltaBlock block) {
   DeltaValues values;
   block.store(values.of);
   return _mm_load_si128(reinterpret_cast<const __m128i*>(&values));
 }
-// Even a number of records is read. Those beyond `count` are zeros.
-PSPLIT_INLINE DeltaAround around(const DeltaRecord* const* sources, const DeltaWeights& weights, uint32_t count,
-                                 uint32_t row) {
-  __m128i sums = _mm_set1_epi32(kDeltaOne / 2), sizes = _mm_setzero_si128();
-  for (uint32_t n = 0; n < count; n += 2) {
-    const __m128i a = _mm_load_si128(reinterpret_cast<const __m128i*>(&sources[n][row])),
-                  b = _mm_load_si128(reinterpret_cast<const __m128i*>(&sources[n + 1][row]));
-    // Of two sources, the products of the same component are side by side, and are added.
-    int both;
-    copy_bytes(&both, &weights.of[n], sizeof both);
-    sums = _mm_add_epi32(sums, _mm_madd_epi16(_mm_unpacklo_epi16(a, b), _mm_set1_epi32(both)));
-    sizes = _mm_add_epi16(sizes, _mm_add_epi16(a, b));
-  }
-  DeltaAround out;
-  _mm_store_si128(reinterpret_cast<__m128i*>(&out.predicted), _mm_srai_epi32(sums, kDeltaBits));
-  _mm_storel_epi64(reinterpret_cast<__m128i*>(&out.sizes), _mm_unpackhi_epi64(sizes, sizes));
-  return out;
+PSPLIT_INLINE DeltaBlock block_of(__m128i vector) {
+  DeltaValues values;
+  _mm_store_si128(reinterpret_cast<__m128i*>(&values), vector);
+  return DeltaBlock(values.of);
 }
+// Each component times `factor`: fewer instructions than for any two vectors.
+PSPLIT_INLINE DeltaBlock scaled(DeltaBlock block, int32_t factor) {
+  const __m128i of = vector_of(block), factors = _mm_set1_epi32(factor);
+  const __m128 even = _mm_castsi128_ps(_mm_mul_epu32(of, factors)),
+               odd = _mm_castsi128_ps(_mm_mul_epu32(_mm_srli_epi64(of, 32), factors));
+  return block_of(_mm_shuffle_epi32(_mm_castps_si128(_mm_shuffle_ps(even, odd, 0x88)), 0xd8));
+}
+// The records of a vertex's sources, and their weights. Those beyond the last source are zeros.
+class DeltaNeighbourhood {
+ public:
+  static constexpr uint32_t kMostPairs = kMostDeltaSources / 2;
+
+  // records[n] are those of source n. There are `count` sources.
+  DeltaNeighbourhood(const DeltaRecord* const (&records)[kMostDeltaSources], const DeltaWeights& affine,
+                     const DeltaWeights& even, uint32_t count)
+      : shift_(_mm_cvtsi32_si128(count == 1 ? 3 : 2)),
+        per_source_(_mm_set1_epi16(static_cast<int16_t>(mean_factor(count)))) {
+    for (uint32_t n = 0; n < kMostDeltaSources; ++n) records_[n] = records[n];
+    spread(affine, weights_[0]);
+    spread(even, weights_[1]);
+  }
+  // Stores the prediction of a row's remainder, and its item. There are at most kPairs * 2 sources.
+  template <uint32_t kPairs>
+  PSPLIT_INLINE void describe(uint32_t row, bool is_even, DeltaValues& predicted, DeltaItem& item) const {
+    const __m128i* const weights = weights_[is_even];
+    __m128i sums = _mm_set1_epi32(kDeltaOne / 2), sizes = _mm_setzero_si128();
+    PSPLIT_UNROLL
+    for (uint32_t n = 0; n < kPairs; ++n) {
+      const __m128i a = _mm_load_si128(reinterpret_cast<const __m128i*>(records_[2 * n] + row)),
+                    b = _mm_load_si128(reinterpret_cast<const __m128i*>(records_[2 * n + 1] + row));
+      // Of two sources, the products of the same component are side by side, and are added.
+      sums = _mm_add_epi32(sums, _mm_madd_epi16(_mm_unpacklo_epi16(a, b), weights[n]));
+      sizes = _mm_add_epi16(sizes, _mm_add_epi16(a, b));
+    }
+    _mm_store_si128(reinterpret_cast<__m128i*>(&predicted), _mm_srai_epi32(sums, kDeltaBits));
+    const __m128i means = _mm_mulhi_epu16(_mm_sll_epi16(_mm_unpackhi_epi64(sizes, sizes), shift_), per_source_);
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(&item),
+                     _mm_insert_epi16(means, static_cast<int>(row), kDeltaComponents));
+  }
+
+ private:
+  // A sum of sizes times 4, or 8 for one source, times this is the mean in quarters in the upper 16 bits. That
+  // is exact, because sums are below 8 * 256.
+  static uint32_t mean_factor(uint32_t count) {
+    constexpr uint32_t kUnit = 1u << 16;
+    return count == 1 ? kUnit / 2 : count > 1 ? (kUnit + count - 1) / count : 0;
+  }
+  static void spread(const DeltaWeights& weights, __m128i (&pairs)[kMostPairs]) {
+    const __m128i all = _mm_load_si128(reinterpret_cast<const __m128i*>(&weights));
+    pairs[0] = _mm_shuffle_epi32(all, 0x00), pairs[1] = _mm_shuffle_epi32(all, 0x55);
+    pairs[2] = _mm_shuffle_epi32(all, 0xaa), pairs[3] = _mm_shuffle_epi32(all, 0xff);
+  }
+
+  const DeltaRecord* records_[kMostDeltaSources];
+  __m128i weights_[2][kMostPairs];  // by is_even
+  const __m128i shift_, per_source_;
+};
 PSPLIT_INLINE DeltaRecord delta_record(DeltaBlock remainders, DeltaBlock corrections) {
   const __m128i zero = _mm_setzero_si128(),
                 narrow = _mm_packs_epi32(vector_of(remainders), vector_of(corrections)),
@@ -92,21 +134,37 @@ PSPLIT_INLINE DeltaRecord delta_record(DeltaBlock remainders, DeltaBlock correct
   return out;
 }
 #else
-PSPLIT_HD PSPLIT_INLINE DeltaAround around(const DeltaRecord* const* sources, const DeltaWeights& weights,
-                                           uint32_t count, uint32_t row) {
-  DeltaAround out = {};
-  for (uint32_t k = 0; k < kDeltaComponents; ++k) {
-    int32_t sum = kDeltaOne / 2;
-    uint32_t size = 0;
-    for (uint32_t n = 0; n < count; ++n) {
-      sum += weights.of[n] * sources[n][row].remainders[k];
-      size += sources[n][row].sizes[k];
+PSPLIT_HD inline DeltaBlock scaled(DeltaBlock block, int32_t factor) { return block.times(factor); }
+class DeltaNeighbourhood {
+ public:
+  static constexpr uint32_t kMostPairs = 1;  // it is not unrolled
+
+  PSPLIT_HD DeltaNeighbourhood(const DeltaRecord* const (&records)[kMostDeltaSources],
+                               const DeltaWeights& affine, const DeltaWeights& even, uint32_t count)
+      : records_(records), affine_(affine), even_(even), count_(count) {}
+  template <uint32_t>
+  PSPLIT_HD PSPLIT_INLINE void describe(uint32_t row, bool is_even, DeltaValues& predicted,
+                                        DeltaItem& item) const {
+    const DeltaWeights& weights = is_even ? even_ : affine_;
+    for (uint32_t k = 0; k < kDeltaComponents; ++k) {
+      int32_t sum = kDeltaOne / 2;
+      uint32_t size = 0;
+      for (uint32_t n = 0; n < count_; ++n) {
+        sum += weights.of[n] * records_[n][row].remainders[k];
+        size += records_[n][row].sizes[k];
+      }
+      predicted.of[k] = sum >> kDeltaBits;
+      item.means[k] = static_cast<uint16_t>(count_ > 0 ? 4 * size / count_ : 0);
     }
-    out.predicted.of[k] = sum >> kDeltaBits;
-    out.sizes[k] = static_cast<uint16_t>(size);
+    predicted.of[3] = 0;
+    item.row = static_cast<uint16_t>(row);
   }
-  return out;
-}
+
+ private:
+  const DeltaRecord* const (&records_)[kMostDeltaSources];
+  const DeltaWeights &affine_, &even_;
+  const uint32_t count_;
+};
 PSPLIT_HD inline DeltaRecord delta_record(DeltaBlock remainders, DeltaBlock corrections) {
   DeltaValues of, corrected;
   remainders.store(of.of);
@@ -129,13 +187,13 @@ PSPLIT_HD constexpr uint32_t level_of_mean(uint32_t mean) {
   while (mean >> (top + 1) != 0) ++top;
   return 2 * top + (mean >> (top - 1) & 1);
 }
-inline constexpr uint32_t kMeanSizes = 4 * kMostDeltaSize + 1;
+static_assert(level_of_mean(kNoMeanSize) == DeltaTables::kLevels - 1);
 struct DeltaLevels {
   constexpr DeltaLevels() {
-    for (uint32_t mean = 0; mean < kMeanSizes; ++mean)
+    for (uint32_t mean = 0; mean <= kNoMeanSize; ++mean)
       of_mean[mean] = static_cast<uint8_t>(level_of_mean(mean));
   }
-  uint8_t of_mean[kMeanSizes] = {};
+  uint8_t of_mean[kNoMeanSize + 1] = {};
 };
 inline constexpr DeltaLevels kDeltaLevels;
 
@@ -147,18 +205,12 @@ PSPLIT_HD PSPLIT_INLINE uint8_t delta_level(uint32_t mean) {
 #endif
 }
 
-// A row whose delta at a vertex is not 0, and the levels of its corrections.
-struct DeltaItem {
-  uint16_t row;
-  uint8_t levels[kDeltaComponents];
-};
-
 // Codes the deltas of vertex after vertex. A coder reads them, or writes them:
 //
 //   flags(sure, expected, mixed)     returns the flags of 32 rows. Those in `sure` equal those in `expected`,
 //                                    unless a run ends there; those in `mixed` are bits
-//   begin(items, count)              announces the deltas of a vertex that are not 0
-//   corrections(n, item, expected)   returns what `expected` of item n is off by
+//   begin_corrections(items, out)    is told the deltas of a vertex that are not 0, and may store corrections
+//   correction(item, stored, expected)   returns what `expected` is off by, for each of these deltas
 //
 // The memory has no meaning before. Arrays are by place in the order of creation, then by row.
 template <typename Index>
@@ -166,24 +218,28 @@ class DeltaCoding {
  public:
   PSPLIT_HD static size_t bytes(uint64_t vertices, uint64_t rows) {
     return Arena::bytes<DeltaSources<Index>>(vertices) + Arena::bytes<uint32_t>(vertices * words(rows)) +
-           Arena::bytes<DeltaRecord>((vertices + 1) * rows) + 2 * Arena::bytes<DeltaValues>(rows) +
-           Arena::bytes<DeltaItem>(rows);
+           Arena::bytes<Words>((1 + rows) * quads(rows)) + Arena::bytes<DeltaRecord>((vertices + 1) * rows) +
+           Arena::bytes<DeltaValues>(rows + 1) + Arena::bytes<DeltaValues>(rows) +
+           Arena::bytes<DeltaItem>(rows) + 2 * Arena::bytes<Words>(0);
   }
   PSPLIT_HD bool allocate(uint32_t vertex_count, View<DeltaRow> rows, Arena& arena) {
     rows_ = rows;
-    for (size_t r = rows.size(); r-- > 0;) {
-      if (rows[r].reference == DeltaRow::kNone) continue;
-      uint16_t& first = rows[rows[r].reference].first_referrer;
-      rows[r].next_referrer = first;
-      first = static_cast<uint16_t>(r);
-    }
     for (uint32_t count = 0; count <= kMostDeltaSources; ++count) even_[count] = even_delta_weights(count);
-    const uint64_t vertices = vertex_count, row_count = rows.size();
-    if (!arena.take(sources_, vertices) || !arena.take(flags_, vertices * words(row_count)) ||
-        !arena.take(records_, (vertices + 1) * row_count) || !arena.take(deltas_, row_count) ||
-        !arena.take(predicted_, row_count) || !arena.take(items_, row_count))
+    const uint64_t vertices = vertex_count, row_count = rows.size(), word_count = words(row_count),
+                   quad_count = quads(row_count);
+    if (!arena.take(sources_, vertices) || !arena.take(flags_, vertices * word_count) ||
+        !arena.take(records_, (vertices + 1) * row_count) || !arena.take(deltas_, row_count + 1) ||
+        !arena.take(corrections_, row_count) || !arena.take(items_, row_count) ||
+        !arena.take(referrers_, row_count * quad_count) || !arena.take(pending_, quad_count))
       return false;
+    if (!flags_.empty()) set_bytes(flags_.data(), 0, word_count * sizeof(uint32_t));  // read without a meaning
     set_bytes(&records_[vertices * row_count], 0, row_count * sizeof(DeltaRecord));
+    set_bytes(referrers_.data(), 0, referrers_.size() * sizeof(Words));
+    for (uint32_t r = 0; r < row_count; ++r) {
+      const bool refers = rows[r].reference != DeltaRow::kNone;
+      if (refers) referrers_[rows[r].reference * quad_count + r / 128].of[r / 32 % 4] |= 1u << r % 32;
+      rows[r].referred = &deltas_[refers ? rows[r].reference : row_count];
+    }
     return true;
   }
   PSPLIT_HD View<DeltaSources<Index>> sources() const { return sources_; }
@@ -193,38 +249,39 @@ class DeltaCoding {
   template <typename Coder, typename Put>
   PSPLIT_HD void code(uint32_t i, Coder& coder, Put put) const {
     const auto row_count = static_cast<uint32_t>(rows_.size());
-    const DeltaSources<Index>& sources = sources_[i];
-    const View<const uint32_t> flags = code_flags(i, sources, coder);
+    const View<const uint32_t> flags = code_flags(i, sources_[i], coder);
     DeltaRecord* const records = records_.data() + size_t{i} * row_count;
     set_bytes(records, 0, row_count * sizeof *records);
-    const uint32_t count = list_items(sources, flags);
-    coder.begin(items_.data(), count);
-    for (uint32_t n = 0; n < count; ++n) {
-      const DeltaItem item = items_[n];
-      const DeltaRow& row = rows_[item.row];
-      const DeltaBlock predicted(predicted_[n].of);
-      DeltaBlock expected = predicted;
-      if (row.reference != DeltaRow::kNone && is_flagged(flags, row.reference))
-        expected = expected + part_of(row, DeltaBlock(deltas_[row.reference].of));
-      const DeltaBlock corrections = coder.corrections(n, item, expected), delta = expected + corrections;
-      records[item.row] = delta_record(predicted + corrections, corrections);
-      delta.store(deltas_[item.row].of);
-      put(item.row, delta);
-      // A delta of 0 has a remainder too, if that of its reference is not 0.
-      for (uint32_t r = row.first_referrer; r != DeltaRow::kNone; r = rows_[r].next_referrer)
-        if (!is_flagged(flags, r))
-          records[r] = delta_record(DeltaBlock(0) - part_of(rows_[r], delta), DeltaBlock(0));
+    set_bytes(deltas_.data(), 0, deltas_.size() * sizeof(DeltaValues));
+    const uint32_t count = list_items(sources_[i], flags);
+    const View<const DeltaItem> items{items_.data(), count};
+    coder.begin_corrections(items, corrections_);
+    const DeltaRow* const rows = rows_.data();
+    DeltaValues* const deltas = deltas_.data();
+    const DeltaValues* given = corrections_.data();
+    for (const DeltaItem *at = items.data(), *end = at + count; at != end; ++at, ++given) {
+      const DeltaItem& item = *at;
+      const DeltaRow& row = rows[item.row];
+      const DeltaBlock predicted(deltas[item.row].of),
+          part = part_of(row), correction = coder.correction(item, *given, predicted + part),
+          remainder = predicted + correction, delta = remainder + part;
+      records[item.row] = delta_record(remainder, correction);
+      delta.store(deltas[item.row].of);
+      put(row, delta);
     }
+    code_zeros(flags, count, records);
   }
 
  private:
+  // Bits of rows: four words at a time, where all of them are needed.
+  struct alignas(16) Words {
+    uint32_t of[4];
+  };
   PSPLIT_HD static constexpr uint64_t words(uint64_t rows) { return (rows + 31) / 32; }
-  PSPLIT_HD static bool is_flagged(View<const uint32_t> flags, uint32_t row) {
-    return (flags[row / 32] >> row % 32 & 1) != 0;
-  }
+  PSPLIT_HD static constexpr uint64_t quads(uint64_t rows) { return (rows + 127) / 128; }
   // The multiple of the reference's delta that a row resembles.
-  PSPLIT_HD static DeltaBlock part_of(const DeltaRow& row, DeltaBlock delta) {
-    return (delta.times(row.factor) + DeltaBlock(kDeltaOne / 2)).shifted(kDeltaBits);
+  PSPLIT_HD PSPLIT_INLINE static DeltaBlock part_of(const DeltaRow& row) {
+    return (scaled(DeltaBlock(row.referred->of), row.factor) + DeltaBlock(kDeltaOne / 2)).shifted(kDeltaBits);
   }
 
   template <typename Coder>
@@ -232,12 +289,17 @@ class DeltaCoding {
                                             Coder& coder) const {
     const auto count = static_cast<uint32_t>(words(rows_.size()));
     uint32_t* const flags = flags_.data() + size_t{i} * count;
+    // The number of neighbours is unpredictable: each other source is replaced by one of them.
+    const bool has_neighbours = sources.neighbours != 0;
+    const uint32_t one = sources.place[has_neighbours ? trailing_zeros(sources.neighbours) : 0];
+    const uint32_t* neighbours[kMostDeltaSources];
+    for (uint32_t n = 0; n < kMostDeltaSources; ++n)
+      neighbours[n] =
+          flags_.data() + size_t{select(0u - (sources.neighbours >> n & 1u), sources.place[n], one)} * count;
     for (uint32_t word = 0; word < count; ++word) {
-      uint32_t all = sources.neighbours != 0 ? ~0u : 0, some = 0;
-      for (uint32_t left = sources.neighbours; left != 0; left &= left - 1) {
-        const uint32_t of_source = flags_[size_t{sources.place[trailing_zeros(left)]} * count + word];
-        all &= of_source, some |= of_source;
-      }
+      uint32_t all = mask(has_neighbours), some = 0;
+      for (uint32_t n = 0; n < kMostDeltaSources; ++n) all &= neighbours[n][word], some |= neighbours[n][word];
+      some &= mask(has_neighbours);
       const uint32_t rows = static_cast<uint32_t>(rows_.size()) - 32 * word;
       const uint32_t valid = rows >= 32 ? ~0u : (1u << rows) - 1, mixed = some & ~all & valid;
       flags[word] = coder.flags(valid & ~mixed, all & valid & ~mixed, mixed);
@@ -245,57 +307,81 @@ class DeltaCoding {
     return {flags, count};
   }
 
-  // Lists the rows that are not 0, with the levels of their corrections. Returns their number.
+  // Lists the rows that are not 0, with the predictions of their remainders. Returns their number.
   PSPLIT_HD uint32_t list_items(const DeltaSources<Index>& sources, View<const uint32_t> flags) const {
     const size_t row_count = rows_.size();
-    const uint32_t source_count = sources.count;
     const DeltaRecord* records_of[kMostDeltaSources];
     for (uint32_t n = 0; n < kMostDeltaSources; ++n)
       records_of[n] =
-          n < source_count ? &records_[sources.place[n] * row_count] : &records_[records_.size() - row_count];
-    const DeltaWeights& even = even_[source_count];
-    // Of a sum of sizes, the mean in quarters. The quotient is exact, because sums are below 8 * 256.
-    constexpr uint32_t kUnit = 1u << 16;
-    const uint32_t per_source = source_count > 0 ? (kUnit + source_count - 1) / source_count : 0;
-    uint32_t count = 0;
-    for (uint32_t word = 0; word < flags.size(); ++word)
-      for (uint32_t left = flags[word]; left != 0; left &= left - 1, ++count) {
-        const uint32_t row = 32 * word + trailing_zeros(left);
-        const DeltaAround of =
-            around(records_of, rows_[row].is_even ? even : sources.weights, source_count, row);
-        predicted_[count] = of.predicted;
-        DeltaItem& item = items_[count];
-        item.row = static_cast<uint16_t>(row);
-        for (uint32_t k = 0; k < kDeltaComponents; ++k)
-          item.levels[k] = delta_level(4 * of.sizes[k] * per_source >> 16);
-        if (source_count == 0)
-          for (uint8_t& level : item.levels) level = DeltaTables::kLevels - 1;
-      }
+          n < sources.count ? &records_[sources.place[n] * row_count] : &records_[records_.size() - row_count];
+    const DeltaNeighbourhood around(records_of, sources.weights, even_[sources.count], sources.count);
+    if constexpr (DeltaNeighbourhood::kMostPairs == 4) {
+      if (sources.count > 6) return list_items<4>(around, flags);
+      if (sources.count > 4) return list_items<3>(around, flags);
+      if (sources.count > 2) return list_items<2>(around, flags);
+    }
+    const uint32_t count = list_items<1>(around, flags);
+    if (PSPLIT_UNLIKELY(sources.count == 0))
+      for (uint32_t n = 0; n < count; ++n)
+        for (uint16_t& mean : items_[n].means) mean = kNoMeanSize;
     return count;
+  }
+  template <uint32_t kPairs>
+  PSPLIT_HD uint32_t list_items(const DeltaNeighbourhood& around, View<const uint32_t> flags) const {
+    const DeltaRow* const rows = rows_.data();
+    DeltaItem* item = items_.data();
+    DeltaValues* const predicted = deltas_.data();
+    for (uint32_t word = 0; word < flags.size(); ++word)
+      for (uint32_t left = flags[word]; left != 0; left &= left - 1) {
+        const uint32_t row = 32 * word + trailing_zeros(left);
+        around.describe<kPairs>(row, rows[row].is_even, predicted[row], *item++);
+      }
+    return static_cast<uint32_t>(item - items_.data());
+  }
+
+  // A delta of 0 has a remainder too, if that of its reference is not 0.
+  PSPLIT_HD void code_zeros(View<const uint32_t> flags, uint32_t item_count, DeltaRecord* records) const {
+    const size_t quad_count = pending_.size();
+    for (size_t quad = 0; quad < quad_count; ++quad) {
+      const DeltaItem* const items = items_.data();
+      const Words* const referrers = referrers_.data() + quad;
+      Words all = {};
+      for (uint32_t n = 0; n < item_count; ++n)
+        for (uint32_t k = 0; k < 4; ++k) all.of[k] |= referrers[items[n].row * quad_count].of[k];
+      pending_[quad] = all;
+    }
+    for (uint32_t word = 0; word < flags.size(); ++word)
+      for (uint32_t left = pending_[word / 4].of[word % 4] & ~flags[word]; left != 0; left &= left - 1) {
+        const uint32_t r = 32 * word + trailing_zeros(left);
+        const DeltaRow& row = rows_[r];
+        records[r] = delta_record(DeltaBlock(0) - part_of(row), DeltaBlock(0));
+      }
   }
 
   View<DeltaRow> rows_;
   View<DeltaSources<Index>> sources_;
   View<uint32_t> flags_;       // bits, by word
   View<DeltaRecord> records_;  // the vertices' records, then zeros
-  // Of the vertex being coded: its nonzero deltas by row, the list of these, and their predictions.
-  View<DeltaValues> deltas_, predicted_;
+  // Of the vertex being coded: its deltas by row, then a 0; corrections; the list of those that are not 0.
+  // A delta is at first the prediction of its remainder.
+  View<DeltaValues> deltas_, corrections_;
   View<DeltaItem> items_;
+  View<Words> referrers_;                     // by row: bits of the rows that have the row as their reference
+  View<Words> pending_;                       // of the vertex being coded: the referrers of rows that are not 0
   DeltaWeights even_[kMostDeltaSources + 1];  // by number of sources
 };
 
 // Reads flags and corrections from the sections of a stream.
 class DeltaReader {
  public:
-  // `sections` are started, and all tables exist. `corrections` has room for one vertex's corrections.
-  PSPLIT_HD DeltaReader(const SectionReader (&sections)[kDeltaSections], const CondensedModels& models,
-                        View<DeltaValues> corrections)
-      : flags_(sections[0]), some_(models.delta_tables.some), corrections_(corrections.data()) {
+  // `sections` are started, and all tables exist.
+  PSPLIT_HD DeltaReader(const SectionReader (&sections)[kDeltaSections], const CondensedModels& models)
+      : flags_(sections[0]), some_(models.delta_tables.some) {
     for (uint32_t k = 0; k < kDeltaComponents; ++k) sections_[k] = sections[1 + k];
     runs_ = &models.token_tables[models.delta_tables.runs];
     for (uint32_t level = 0; level < DeltaTables::kLevels; ++level)
       tables_[level] = &models.token_tables[models.delta_tables.of_level[level]];
-    run_ = symbol(flags_, *runs_);
+    run_ = next_run();
   }
 
   PSPLIT_HD uint32_t flags(uint32_t sure, uint32_t expected, uint32_t mixed) {
@@ -306,28 +392,27 @@ class DeltaReader {
       flags ^= sure & (0u - sure);
       sure &= sure - 1;
       --count;
-      run_ = symbol(flags_, *runs_);
+      run_ = next_run();
     }
     run_ -= count;
-    for (; mixed != 0; mixed &= mixed - 1)
-      if (flags_.next_bit(some_) != 0) flags |= mixed & (0u - mixed);
+    // Whether a flag is 1 is unpredictable.
+    SectionReader section = flags_;  // stays in registers
+    for (; mixed != 0; mixed &= mixed - 1) flags |= mixed & (0u - mixed) & (0u - section.next_bit(some_));
+    flags_ = section;
     return flags;
   }
-  // Decodes the corrections of a vertex at once: no more of it depends on them than sums.
-  PSPLIT_HD void begin(const DeltaItem* items, uint32_t count) {
-    SectionReader x = sections_[0], y = sections_[1], z = sections_[2];
-    for (uint32_t n = 0; n < count; ++n) {
-      const DeltaItem item = items[n];
-      int32_t* const out = corrections_[n].of;
-      out[0] = correction(x, *tables_[item.levels[0]]);
-      out[1] = correction(y, *tables_[item.levels[1]]);
-      out[2] = correction(z, *tables_[item.levels[2]]);
-      out[3] = 0;
-    }
-    sections_[0] = x, sections_[1] = y, sections_[2] = z;
+  // Corrections are read before they are used: their states then stay in registers.
+  PSPLIT_HD void begin_corrections(View<const DeltaItem> items, View<DeltaValues> out) {
+    const auto count = static_cast<uint32_t>(items.size());
+    bool is_far = !PSPLIT_IS_SMALL_CODE;
+    for (const SectionReader& section : sections_) is_far &= section.has_words(count);
+    if (is_far)
+      read_corrections<!PSPLIT_IS_SMALL_CODE>(items, out.data());
+    else
+      read_corrections<false>(items, out.data());
   }
-  PSPLIT_HD DeltaBlock corrections(uint32_t n, const DeltaItem&, DeltaBlock) const {
-    return DeltaBlock(corrections_[n].of);
+  PSPLIT_HD PSPLIT_INLINE static DeltaBlock correction(const DeltaItem&, const DeltaValues& read, DeltaBlock) {
+    return DeltaBlock(read.of);
   }
   // Whether all sections are read to their ends, when all vertices are coded.
   PSPLIT_HD bool is_at_end() const {
@@ -337,19 +422,28 @@ class DeltaReader {
   }
 
  private:
-  PSPLIT_HD PSPLIT_INLINE static uint32_t symbol(SectionReader& section, const TokenTable& table) {
-    const uint32_t token = section.next_token(table);
-    if (PSPLIT_LIKELY(token < kDirectTokens)) return token;
-    const TokenBits bits = bits_of_token(token);
-    return bits.base + section.read(static_cast<int>(bits.bit_count));
+  // kIsFar: the sections have at least a word for each of the corrections.
+  template <bool kIsFar>
+  PSPLIT_HD void read_corrections(View<const DeltaItem> items, DeltaValues* out) {
+    SectionReader words[kDeltaComponents] = {sections_[0], sections_[1], sections_[2]};
+    const auto next_token = [&](uint32_t k, const DeltaItem& item) {
+      return words[k].template next_token<kIsFar>(*tables_[delta_level(item.means[k])]);
+    };
+    for (const DeltaItem *at = items.data(), *end = at + items.size(); at != end; ++at, ++out) {
+      uint32_t x = next_token(0, *at), y = next_token(1, *at), z = next_token(2, *at);
+      if (PSPLIT_UNLIKELY((x | y | z) >= kDirectTokens)) {
+        x = symbol_of_token(sections_[0], x);
+        y = symbol_of_token(sections_[1], y);
+        z = symbol_of_token(sections_[2], z);
+      }
+      DeltaBlock(x, y, z, 0).signed_of_symbols().store(out->of);
+    }
+    for (uint32_t k = 0; k < kDeltaComponents; ++k) sections_[k].go_to_words_of(words[k]);
   }
-  PSPLIT_HD PSPLIT_INLINE static int32_t correction(SectionReader& section, const TokenTable& table) {
-    return static_cast<int32_t>(signed_of_symbol(symbol(section, table)));
-  }
+  PSPLIT_HD uint32_t next_run() { return symbol_of_token(flags_, flags_.next_token(*runs_)); }
 
   SectionReader flags_, sections_[kDeltaComponents];
   uint32_t some_, run_ = 0;  // run: the sure flags before the next one that is not as expected
-  DeltaValues* corrections_;
   const TokenTable* runs_;
   const TokenTable* tables_[DeltaTables::kLevels];
 };
@@ -418,9 +512,7 @@ class DeltaDecoder {
       if (const Fault fault = sections_[s].start_words(0); fault != Fault::kNone) return fault;
       at += section_bytes_[s];
     }
-    return arena.take(corrections_, rows_.size()) && coding_.allocate(vertex_count, rows_, arena)
-               ? Fault::kNone
-               : Fault::kWorkspace;
+    return coding_.allocate(vertex_count, rows_, arena) ? Fault::kNone : Fault::kWorkspace;
   }
 
   // Decodes all values, once the first attribute's are decoded. `order` is the order of creation, backward, and
@@ -437,21 +529,25 @@ class DeltaDecoder {
       const DeltaValues zero = {{model.zero[0], model.zero[1], model.zero[2], 0}};
       int32_t* const values = patch.attributes[model.attribute].values.data();
       for_each_lane_item(lanes, vertex_count,
-                         [&](uint32_t v) { copy_bytes(values + size_t{4} * v, &zero, sizeof zero); });
+                         [=](uint32_t v) { DeltaBlock(zero.of).store(values + size_t{4} * v); });
     }
     if (rows_.empty()) {
       lanes.sync();
       return Fault::kNone;
     }
     const DeltaSourceSearch<Index> search(table.table, order, places);
-    for_each_lane_item(lanes, vertex_count, [&](uint32_t i) { coding_.sources()[i] = search.find(i); });
+    constexpr uint32_t kAtOnce = DeltaSourceSearch<Index>::kAtOnce;
+    for_each_lane_item(lanes, (vertex_count + kAtOnce - 1) / kAtOnce, [&](uint32_t block) {
+      const uint32_t first = kAtOnce * block, left = vertex_count - first;
+      search.find(first, left < kAtOnce ? left : kAtOnce, coding_.sources().data() + first);
+    });
     lanes.sync();
     return alone(lanes, [&] {
-      DeltaReader reader(sections_, stream.models, corrections_);
+      DeltaReader reader(sections_, stream.models);
       for (uint32_t i = 0; i < vertex_count; ++i) {
         const size_t at = size_t{4} * table.table.vertex[order.corner[i]];
-        coding_.code(i, reader, [&](uint32_t r, DeltaBlock delta) {
-          (delta + DeltaBlock(rows_[r].zero.of)).store(rows_[r].values + at);
+        coding_.code(i, reader, [at](const DeltaRow& row, DeltaBlock delta) {
+          (delta + DeltaBlock(row.zero.of)).store(row.values + at);
         });
       }
       return reader.is_at_end() ? Fault::kNone : Fault::kSection;
@@ -463,7 +559,6 @@ class DeltaDecoder {
     const uint32_t count = stream.models.delta_count(stream.attribute_count);
     if (count == 0) return 0;
     return Arena::bytes<uint16_t>(count) + Arena::bytes<DeltaRow>(count) +
-           Arena::bytes<DeltaValues>(stream.delta_row_count) +
            DeltaCoding<Index>::bytes(vertices, stream.delta_row_count) +
            count * Arena::bytes<int32_t>(uint64_t{vertices} * value_stride(kDeltaComponents));
   }
@@ -474,7 +569,6 @@ class DeltaDecoder {
   View<DeltaRow> rows_;
   uint32_t section_bytes_[kDeltaSections] = {};
   SectionReader sections_[kDeltaSections];
-  View<DeltaValues> corrections_;  // of a vertex, by row
   DeltaCoding<Index> coding_;
 };
 

@@ -51,20 +51,26 @@ class SectionReader {
 
   // Entropy decoding: the slot of the next symbol, and the step after a symbol with this slot.
   PSPLIT_HD PSPLIT_INLINE uint32_t slot() const { return state_ % kSlots; }
-  // `offset` is the place of the slot in the symbol.
+  // `offset` is the place of the slot in the symbol. kIsFar: the section has another word.
+  template <bool kIsFar = false>
   PSPLIT_HD PSPLIT_INLINE void leave(uint32_t frequency, uint32_t offset) {
     state_ = frequency * (state_ >> kSlotBits) + offset;
     // Whether a word is due is unpredictable.
     const uint32_t due = mask(state_ < kBase);
     const uint8_t* const last = end_ - 2;
-    state_ = select(due, state_ << 16 | load_le16(at_ < last ? at_ : last), state_);
+    state_ = select(due, state_ << 16 | load_le16(kIsFar || at_ < last ? at_ : last), state_);
     at_ += 2 & due;
   }
+  // Continues with words where a copy, which read no bits, is.
+  PSPLIT_HD void go_to_words_of(const SectionReader& copy) { state_ = copy.state_, at_ = copy.at_; }
+  // Whether that many words are left, which so many symbols may need.
+  PSPLIT_HD bool has_words(uint32_t count) const { return int64_t{end_ - at_} >= int64_t{2} * count; }
 
+  template <bool kIsFar = false>
   PSPLIT_HD PSPLIT_INLINE uint32_t next_token(const TokenTable& table) {
     const uint32_t at = slot(), token = table.token_of[at];
     const Share share = table.shares[token];
-    leave(share.frequency, at - share.first);
+    leave<kIsFar>(share.frequency, at - share.first);
     return token;
   }
   // A decision with this probability of 1.

@@ -34,6 +34,13 @@ PSPLIT_HD inline TokenBits bits_of_token(uint32_t token) {
 #endif
 }
 
+// The symbol of a token, with its plain bits.
+PSPLIT_HD PSPLIT_INLINE uint32_t symbol_of_token(SectionReader& section, uint32_t token) {
+  if (PSPLIT_LIKELY(token < kDirectTokens)) return token;
+  const TokenBits bits = bits_of_token(token);
+  return bits.base + section.read(static_cast<int>(bits.bit_count));
+}
+
 // The symbols of one attribute, which are decoded later. Several sequences may be decoded in step.
 class TokenSequence {
  public:

@@ -125,20 +125,6 @@ void remap_points(std::vector<uint32_t>& indices, std::vector<PlainStream>& stre
   }
 }
 
-std::vector<uint8_t> encode_points(const std::vector<uint8_t>& bytes, size_t point_count, size_t stride) {
-  std::vector<uint8_t> encoded(meshopt_encodeVertexBufferBound(point_count, stride));
-#if MESHOPTIMIZER_VERSION >= 230
-  constexpr int kHighestLevel = 3;
-  const size_t size = meshopt_encodeVertexBufferLevel(encoded.data(), encoded.size(), bytes.data(), point_count,
-                                                      stride, kHighestLevel, kVertexCodec);
-#else
-  const size_t size =
-      meshopt_encodeVertexBuffer(encoded.data(), encoded.size(), bytes.data(), point_count, stride);
-#endif
-  encoded.resize(size);
-  return encoded;
-}
-
 Status add_zstd(MeshoptMesh& mesh) {
   mesh.with_zstd.resize(ZSTD_compressBound(mesh.packed.size()));
   const size_t size = ZSTD_compress(mesh.with_zstd.data(), mesh.with_zstd.size(), mesh.packed.data(),
@@ -180,6 +166,20 @@ bool undo_brotli(std::span<const uint8_t>, std::vector<uint8_t>&) { return false
 
 }  // namespace
 
+std::vector<uint8_t> encode_meshopt_points(std::span<const uint8_t> rows, size_t row_count, size_t stride) {
+  std::vector<uint8_t> encoded(meshopt_encodeVertexBufferBound(row_count, stride));
+#if MESHOPTIMIZER_VERSION >= 230
+  constexpr int kHighestLevel = 3;
+  const size_t size = meshopt_encodeVertexBufferLevel(encoded.data(), encoded.size(), rows.data(), row_count,
+                                                      stride, kHighestLevel, kVertexCodec);
+#else
+  const size_t size =
+      meshopt_encodeVertexBuffer(encoded.data(), encoded.size(), rows.data(), row_count, stride);
+#endif
+  encoded.resize(size);
+  return encoded;
+}
+
 Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, std::span<const AttributeCoding> codings) {
   MeshoptMesh result;
   if (mesh.faces.empty()) return result;
@@ -213,10 +213,10 @@ Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, std::span<const Attribute
   result.index_bytes = meshopt_encodeIndexBuffer(packed.data(), packed.size(), indices.data(), indices.size());
   packed.resize(result.index_bytes);
   for (const PlainStream& stream : streams) {
-    std::vector<uint8_t> encoded = encode_points(stream.bytes, point_count, stream.stride);
+    std::vector<uint8_t> encoded = encode_meshopt_points(stream.bytes, point_count, stream.stride);
     MeshoptFilter filter = stream.filter;
     if (!stream.as_colors.empty()) {
-      std::vector<uint8_t> colors = encode_points(stream.as_colors, point_count, stream.stride);
+      std::vector<uint8_t> colors = encode_meshopt_points(stream.as_colors, point_count, stream.stride);
       if (colors.size() < encoded.size()) {
         encoded = std::move(colors);
         filter = MeshoptFilter::kColor;

@@ -57,6 +57,9 @@ struct MeshoptDecoded {
 };
 Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm form = MeshoptForm::kZstd);
 
+// Encodes rows of `stride` bytes by meshoptimizer's attribute codec: its newest version, at its highest level.
+std::vector<uint8_t> encode_meshopt_points(std::span<const uint8_t> rows, size_t row_count, size_t stride);
+
 // The version of the compiled header, and the newest version of its attribute codec, which encode_meshopt uses.
 // The index codec has been at version 1 since 0.15.
 std::string meshopt_version();

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <random>
 
 #include "src/core/condensed/deltas.h"
@@ -39,11 +41,11 @@ TEST(DeltaWeights, PredictAffineFunctions) {
   for (int i = 0; i < kTries; ++i) {
     const auto count = static_cast<uint32_t>(between(5, 8));
     std::array<std::array<int32_t, 3>, kMostDeltaSources> places{};
-    int32_t shifted[kMostDeltaSources][3];
+    DeltaOffset offsets[kMostDeltaSources] = {};
     for (uint32_t n = 0; n < count; ++n)
-      for (uint32_t k = 0; k < 3; ++k) shifted[n][k] = places[n][k] = between(-100, 100);
+      for (uint32_t k = 0; k < 3; ++k) offsets[n].of[k] = places[n][k] = between(-100, 100);
     const int slope[3] = {between(-9, 9), between(-9, 9), between(-9, 9)};
-    const DeltaWeights weights = affine_delta_weights(shifted, count);
+    const DeltaWeights weights = affine_delta_weights(offsets, count);
     ASSERT_EQ(sum_of(weights), kDeltaOne);
     double predicted = 0;
     for (uint32_t n = 0; n < count; ++n)
@@ -56,24 +58,61 @@ TEST(DeltaWeights, PredictAffineFunctions) {
   EXPECT_GT(largest, 0);
 }
 
-// Sanitizers watch the arithmetic.
+// With vectors and without them. Sanitizers watch the arithmetic.
 TEST(DeltaWeights, SumTo64AtAnyPlaces) {
   std::mt19937 random(2);
   constexpr int32_t kSpecial[] = {0, 1, -1, 127, -128, 128, INT32_MAX, INT32_MIN, 1 << 20};
   for (int i = 0; i < 20000; ++i) {
     const uint32_t count = 1 + random() % kMostDeltaSources, kind = random() % 4;
-    int32_t places[kMostDeltaSources][3];
-    for (auto& place : places)
-      for (int32_t& at : place)
+    DeltaOffset offsets[kMostDeltaSources] = {};
+    for (uint32_t n = 0; n < count; ++n)
+      for (int32_t& at : offsets[n].of)
         at = kind == 0   ? static_cast<int32_t>(random())
              : kind == 1 ? kSpecial[random() % std::size(kSpecial)]
              : kind == 2 ? static_cast<int32_t>(random() % 3)
                          : 0;
-    const DeltaWeights weights = affine_delta_weights(places, count);
+    const DeltaWeights weights = affine_delta_weights(offsets, count);
     ASSERT_EQ(sum_of(weights), kDeltaOne);
+    if (count > 1) {
+      DeltaFit fit;
+      fit_plainly(offsets, count, fit);
+      ASSERT_TRUE(std::ranges::equal(weights.of, delta_weights(fit, delta_plane(fit), count).of));
+    }
     for (uint32_t n = count; n < kMostDeltaSources; ++n) ASSERT_EQ(weights.of[n], 0);
   }
 }
+
+#if defined(PSPLIT_HAS_SSE2_DELTAS)
+// As a sorted set of all candidates has them.
+TEST(LatestPlaces, AreTheEightLatestCandidates) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 20000; ++i) {
+    const uint32_t most = random() % 2 == 0 ? 12 : LatestPlaces::kMostPlaces,
+                   tries = static_cast<uint32_t>(random() % 20);
+    std::map<uint32_t, uint32_t, std::greater<>> candidates;  // by place: whether it is a neighbour
+    LatestPlaces latest;
+    for (uint32_t n = 0; n < tries; ++n) {
+      const auto place = static_cast<uint32_t>(random() % most),
+                 is_neighbour = static_cast<uint32_t>(random() % 2);
+      const bool condition = random() % 3 != 0;
+      latest.add(place, is_neighbour, condition);
+      if (condition) candidates[place] |= is_neighbour;
+    }
+    latest.add(~0u, 1, false);
+    latest.add(most - 1, 0, true);  // the last place of the order
+    candidates[most - 1] |= 0;
+    DeltaSources<uint16_t> found;
+    latest.store(found);
+    ASSERT_EQ(found.count, std::min<size_t>(candidates.size(), kMostDeltaSources));
+    uint32_t n = 0;
+    for (auto at = candidates.begin(); n < kMostDeltaSources; ++n) {
+      ASSERT_EQ(found.place[n], n < found.count ? at->first : 0);
+      ASSERT_EQ(found.neighbours >> n & 1u, n < found.count ? at->second : 0);
+      if (n < found.count) ++at;
+    }
+  }
+}
+#endif
 
 // With vectors and without them.
 TEST(DeltaRecord, HasTheNearestNumbersOf16Bits) {
@@ -96,11 +135,12 @@ TEST(DeltaRecord, HasTheNearestNumbersOf16Bits) {
 TEST(DeltaLevels, GrowWithTheMean) {
   EXPECT_EQ(delta_level(0), 0);
   EXPECT_EQ(delta_level(1), 1);
-  for (uint32_t mean = 1; mean < kMeanSizes; ++mean) {
+  for (uint32_t mean = 1; mean <= kMostMeanSize; ++mean) {
     EXPECT_GE(delta_level(mean), delta_level(mean - 1));
     EXPECT_LE(delta_level(mean), delta_level(mean - 1) + 1);
   }
-  EXPECT_EQ(delta_level(kMeanSizes - 1), DeltaTables::kLevels - 2);
+  EXPECT_EQ(delta_level(kMostMeanSize), DeltaTables::kLevels - 2);
+  EXPECT_EQ(delta_level(kNoMeanSize), DeltaTables::kLevels - 1);
 }
 
 }  // namespace
