@@ -102,8 +102,8 @@ class DeltaNeighbourhood {
     }
     _mm_store_si128(reinterpret_cast<__m128i*>(&predicted), _mm_srai_epi32(sums, kDeltaBits));
     const __m128i means = _mm_mulhi_epu16(_mm_sll_epi16(_mm_unpackhi_epi64(sizes, sizes), shift_), per_source_);
-    _mm_storel_epi64(reinterpret_cast<__m128i*>(&item),
-                     _mm_insert_epi16(means, static_cast<int>(row), kDeltaComponents));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(&item), means);
+    item.row = static_cast<uint16_t>(row);
   }
 
  private:
