@@ -108,7 +108,9 @@ function(psplit_exporting target type name map objects)
     target_link_options(${target} PRIVATE -fsanitize=${PSPLIT_SANITIZE})
   endif()
   if(UNIX AND NOT APPLE)
-    target_link_options(${target} PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/${map})
+    # Threads wait in the library for work until the process ends. A program that unloads the library, as Mono does at its
+    # end, would take the code away from under them.
+    target_link_options(${target} PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/${map} -Wl,-z,nodelete)
     set_target_properties(${target} PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/${map})
   endif()
 endfunction()

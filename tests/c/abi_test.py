@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Compares what the C interface promises with the list beside this file:
 
-  abi_test.py --nm COMMAND --compiler C-COMPILER --library FILE --header psplit.h --version TEXT [--update]
+  abi_test.py --nm COMMAND --readelf COMMAND --compiler C-COMPILER --library FILE --header psplit.h --version TEXT [--update]
 
 The list has the exported symbols with their versions, and the sizes and offsets of all structs, of 64-bit Linux. Programs
 that were built once depend on all of it: lines may be added, but none may change. --update writes the list anew.
+
+Also, nothing may unload the library, because its threads wait in it.
 """
 import argparse, pathlib, re, subprocess, sys, tempfile
 
 parser = argparse.ArgumentParser()
-for name in ("nm", "compiler", "library", "header", "version"):
+for name in ("nm", "readelf", "compiler", "library", "header", "version"):
     parser.add_argument("--" + name, required=True)
 parser.add_argument("--update", action="store_true")
 options = parser.parse_args()
@@ -93,4 +95,6 @@ for line in wanted:
 for line in found:
     if line not in wanted:
         sys.exit(f"the interface has, and {stored.name} lacks: {line}")
+if "NODELETE" not in subprocess.check_output([options.readelf, "-d", options.library], text=True):
+    sys.exit(f"{options.library} may be unloaded")
 print(f"{len(found)} lines")
