@@ -86,7 +86,7 @@ Status decode(std::span<const MeshoptTarget> targets) {
   return {};
 }
 
-// What is encoded, and what it is.
+// The meshes with and without their targets, the same targets by meshoptimizer, and their counts.
 struct Targets {
   DecodedByPsplit with, without;
   std::vector<MeshoptTarget> meshopt;

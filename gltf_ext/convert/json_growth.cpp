@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "gltf_ext/primitive/accessors.h"
@@ -104,10 +105,9 @@ int64_t json_growth(const Document& document, const GeometryOwners& owners,
 int64_t list_growth(const Document& document, const char* extension) {
   int64_t growth = 0;
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
-    const Json* names = array_field(document.json(), list);
-    if (names == nullptr)
+    if (array_field(document.json(), list) == nullptr)
       growth += text_bytes({{list, Json::array({extension})}}) - 1;  // a comma for two braces
-    else if (std::find(names->begin(), names->end(), Json(extension)) == names->end())
+    else if (!lists_extension(document.json(), list, extension))
       growth += element_bytes(extension);
   }
   return growth;

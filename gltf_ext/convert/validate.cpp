@@ -4,6 +4,7 @@
 
 #include "gltf_ext/convert/check_values.h"
 #include "gltf_ext/convert/stock_rules.h"
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/json/json_fields.h"
@@ -48,11 +49,6 @@ namespace {
 //
 // gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification.
 
-bool lists(const Json& json, const char* list, const char* name) {
-  const Json* names = array_field(json, list);
-  return names != nullptr && std::find(names->begin(), names->end(), Json(name)) != names->end();
-}
-
 bool has_patches(const Document& document, PrimitiveId id) {
   return document.records().primitive(id).patches.has_value();
 }
@@ -84,8 +80,8 @@ void check_lists(const Document& document, std::vector<Finding>& findings) {
   }
   const auto check = [&](const ExtensionUse& use, const char* name, const std::string& the_extension,
                          bool only_validated) {
-    const bool used = lists(document.json(), "extensionsUsed", name);
-    const bool required = lists(document.json(), "extensionsRequired", name);
+    const bool used = lists_extension(document.json(), "extensionsUsed", name);
+    const bool required = lists_extension(document.json(), "extensionsRequired", name);
     if (use.any && !used)
       report("extension-used", "extensionsUsed does not list " + the_extension, true, only_validated);
     // Real assets of stock Draco have this fault, and every loader reads them.

@@ -30,11 +30,6 @@ void add_name(Json& json, const char* list, const char* name) {
   join_draco_names(names);
 }
 
-bool has_name(const Json& json, const char* list, const char* name) {
-  const Json* names = array_field(json, list);
-  return names != nullptr && std::find(names->begin(), names->end(), name) != names->end();
-}
-
 bool remove_name(Json& json, const char* list, const std::string& name) {
   Json* names = array_field(json, list);
   if (names == nullptr) return false;
@@ -81,6 +76,11 @@ bool contains_extension(const Json& tree, const char* name) {
 
 }  // namespace
 
+bool lists_extension(const Json& json, const char* list, const char* name) {
+  const Json* names = array_field(json, list);
+  return names != nullptr && std::find(names->begin(), names->end(), name) != names->end();
+}
+
 void list_extension(Document& document, const char* name, bool required) {
   add_name(document.json(), "extensionsUsed", name);
   if (required) add_name(document.json(), "extensionsRequired", name);
@@ -92,7 +92,7 @@ void join_draco_extensions(Document& document) {
 }
 
 void require_extension(Document& document, const char* name, bool required) {
-  if (!has_name(document.json(), "extensionsUsed", name)) return;
+  if (!lists_extension(document.json(), "extensionsUsed", name)) return;
   if (required)
     add_name(document.json(), "extensionsRequired", name);
   else
@@ -111,8 +111,8 @@ std::optional<size_t> drop_extension(Document& document, const std::string& name
 }
 
 void unlist_unused_extension(Document& document, const char* name) {
-  if (!has_name(document.json(), "extensionsUsed", name) &&
-      !has_name(document.json(), "extensionsRequired", name))
+  if (!lists_extension(document.json(), "extensionsUsed", name) &&
+      !lists_extension(document.json(), "extensionsRequired", name))
     return;
   if (contains_extension(document.json(), name)) return;
   remove_name(document.json(), "extensionsUsed", name);

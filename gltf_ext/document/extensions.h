@@ -8,6 +8,9 @@
 
 namespace psplit {
 
+// Whether `list`, "extensionsUsed" or "extensionsRequired", has the name.
+bool lists_extension(const Json& json, const char* list, const char* name);
+
 // Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired. Joins the Draco
 // extensions of the list (join_draco_extensions).
 void list_extension(Document& document, const char* name, bool required);
