@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
+
+#include "psplit/mesh.h"
+#include "src/core/platform.h"
 
 namespace psplit {
 namespace {
@@ -67,61 +71,98 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   return coarse;
 }
 
-// Each edge is in the list of its lower vertex. When a face comes to an edge that is there, it is linked with
-// the face that came there last.
+// Some of the edges that a vertex owns, in a cache line.
+struct alignas(64) EdgeBlock {
+  static constexpr uint32_t kEdges = 7;
+
+  uint32_t ends[kEdges];  // the other vertices; all unused numbers are kNoCell
+  uint32_t next;          // the vertex's next block
+  uint32_t last[kEdges];  // sides
+  uint32_t count;
+
+  void clear() {
+    std::ranges::fill(ends, kNoCell);
+    next = kNoCell;
+    std::ranges::fill(last, kNoCell);
+    count = 0;
+  }
+  // Of an edge that is not there, the place where it goes. kEdges if there is none. A comparison of four places
+  // at once would wait for what was stored just before.
+  uint32_t place_of(uint32_t end) const {
+    uint32_t place = count;
+    for (uint32_t k = 0; k < kEdges; ++k) place = ends[k] == end ? k : place;
+    return place;
+  }
+  // Makes `side` the last side of the edge. Returns the one before, or kNoCell.
+  uint32_t take(uint32_t place, uint32_t end, uint32_t side) {
+    ends[place] = end;
+    count += place == count ? 1 : 0;
+    return std::exchange(last[place], side);
+  }
+};
+
+// When a face comes to an edge that is there, it is linked with the face that came there last. Nearly nothing
+// branches, because no processor predicts whether an edge is there.
 class EdgeLinker {
  public:
-  EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, std::vector<uint32_t>& newest_edge,
-             size_t edge_count)
-      : neighbours_(neighbours), newest_(newest_edge) {
-    edges_.reserve(edge_count);
+  // For edges that the vertices [first, first + blocks.size()) own. The last of `neighbours` is of no face, and
+  // has none.
+  EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, uint32_t first, std::span<EdgeBlock> blocks)
+      : sides_(neighbours[0].data()),
+        no_side_(static_cast<uint32_t>(3 * (neighbours.size() - 1))),
+        first_(first),
+        blocks_(blocks) {
+    for (EdgeBlock& block : blocks_) block.clear();
   }
 
-  // The side `c` of a face is the edge from `lower` to `upper`.
-  void add(uint32_t lower, uint32_t upper, uint32_t face, uint32_t c) {
-    uint32_t& newest = newest_[lower];
-    uint32_t at = newest, steps = 0;
-    while (at != kNoCell && edges_[at].upper != upper) {
-      at = edges_[at].next;
-      if (++steps == kMostSteps) return add_far(lower, upper, face, c);
-    }
-    if (at != kNoCell) return link(std::exchange(edges_[at].last, {face, c}), {face, c});
-    edges_.push_back({upper, newest, {face, c}});
-    newest = static_cast<uint32_t>(edges_.size() - 1);
+  // Side `side` of the mesh, which is of this face, is the edge from `owner` to `end`.
+  void add(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
+    EdgeBlock& block = blocks_[owner - first_];
+    const uint32_t at = block.place_of(end);
+    if (at == EdgeBlock::kEdges) [[unlikely]]
+      return add_further(owner, end, side, face);
+    link(block.take(at, end, side), side, face);
   }
 
   std::vector<FaceGraph::Extra> extra;  // links that do not fit
 
  private:
-  struct Side {
-    uint32_t face, c;
-  };
-  struct Edge {
-    uint32_t upper, next;
-    Side last;
-  };
-  // A list has at most this many edges. Further edges of its vertex are in a table.
-  static constexpr uint32_t kMostSteps = 64;
+  // A vertex has at most this many blocks. Its further edges are in a table.
+  static constexpr uint32_t kMostBlocks = 9;
 
-  void link(Side from, Side to) {
-    if (from.face == to.face) return;
-    for (const auto& [side, other] : {std::pair(from, to.face), std::pair(to, from.face)}) {
-      uint32_t& across = neighbours_[side.face][side.c];
-      if (across == kNoCell)
-        across = other;
-      else
-        extra.push_back({side.face, other});
+  // `from` is kNoCell, or a side whose face is to be linked with this one across `side`.
+  void link(uint32_t from, uint32_t side, uint32_t face) {
+    const uint32_t other = from / 3, is_linked = core::mask((from != kNoCell) & (other != face));
+    sides_[side] = core::select(is_linked, other, kNoCell);
+    uint32_t& across = sides_[core::select(is_linked, from, no_side_)];
+    if (across != kNoCell) [[unlikely]]
+      extra.push_back({other, face});
+    else
+      across = core::select(is_linked, face, kNoCell);
+  }
+  void add_further(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
+    EdgeBlock* block = &blocks_[owner - first_];
+    for (uint32_t blocks = 1; blocks < kMostBlocks; ++blocks) {
+      if (block->next == kNoCell) {
+        block->next = static_cast<uint32_t>(more_.size());
+        block = &more_.emplace_back();
+        block->clear();
+      } else {
+        block = &more_[block->next];
+      }
+      if (const uint32_t at = block->place_of(end); at < EdgeBlock::kEdges)
+        return link(block->take(at, end, side), side, face);
     }
-  }
-  void add_far(uint32_t lower, uint32_t upper, uint32_t face, uint32_t c) {
-    const auto [entry, is_new] = far_.try_emplace(uint64_t{lower} << 32 | upper, Side{face, c});
-    if (!is_new) link(std::exchange(entry->second, {face, c}), {face, c});
+    const auto edge = far_.try_emplace(uint64_t{owner} << 32 | end, kNoCell).first;
+    link(std::exchange(edge->second, side), side, face);
   }
 
-  std::vector<std::array<uint32_t, 3>>& neighbours_;
-  std::vector<uint32_t>& newest_;  // of each vertex, in the list of edges
-  std::vector<Edge> edges_;
-  std::unordered_map<uint64_t, Side> far_;
+  uint32_t* const sides_;   // the face across each side
+  const uint32_t no_side_;  // a place without a face, which stays so
+  const uint32_t first_;
+  const std::span<EdgeBlock> blocks_;  // the first of each vertex
+  std::deque<EdgeBlock> more_;
+  std::unordered_map<uint64_t, uint32_t> far_;  // the last side of each edge
 };
 
 }  // namespace
@@ -129,23 +170,30 @@ class EdgeLinker {
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool) {
   FaceGraph graph;
-  graph.neighbours.assign(faces.size(), {kNoCell, kNoCell, kNoCell});
-  std::vector<uint32_t> newest_edge(vertex_count, kNoCell);
-  // Each task takes the edges of some vertices, so that no two write to a place.
+  graph.neighbours.resize(faces.size() + 1);
+  graph.neighbours.back() = {kNoCell, kNoCell, kNoCell};
+  // Allocated here, because threads other than this one do not get large pages (expect_large_arrays).
+  Array<EdgeBlock> blocks(vertex_count);
+  // Each task takes the edges that some vertices own, so that no two write to a place.
   const size_t task_count =
       std::clamp<size_t>(faces.size() / kGrain, 1, static_cast<size_t>(pool.thread_count()));
   std::vector<std::vector<FaceGraph::Extra>> extra(task_count);
   pool.for_each(task_count, [&](size_t task) {
     const auto bound = [&](size_t t) { return static_cast<uint32_t>(uint64_t{vertex_count} * t / task_count); };
     const uint32_t begin = bound(task), end = bound(task + 1);
-    EdgeLinker linker(graph.neighbours, newest_edge, faces.size() * 3 / 2 / task_count);
+    EdgeLinker linker(graph.neighbours, begin, std::span(blocks).subspan(begin, end - begin));
     for (uint32_t i = 0; i < faces.size(); ++i)
       for (uint32_t c = 0; c < 3; ++c) {
-        const auto [lower, upper] = std::minmax(faces[i][c], faces[i][c == 2 ? 0 : c + 1]);
-        if (lower >= begin && lower < end) linker.add(lower, upper, i, c);
+        const uint32_t a = faces[i][c], b = faces[i][c == 2 ? 0 : c + 1];
+        // Of the two vertices, in either order, one owns the edge: so that all own about as many, whatever
+        // their numbers are.
+        const bool is_odd = ((a ^ b) & 1) != 0;
+        const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
+        if (owner >= begin && owner < end) linker.add(owner, a ^ b ^ owner, 3 * i + c, i);
       }
     extra[task] = std::move(linker.extra);
   });
+  graph.neighbours.pop_back();
   std::vector<FaceGraph::Extra> all;
   for (const auto& some : extra) all.insert(all.end(), some.begin(), some.end());
   graph.set_extra(std::move(all));

@@ -62,31 +62,31 @@ struct Stretch {
 uint32_t grow(const Stretch<FaceGraph>& stretch) {
   const uint32_t members = std::min(stretch.members, stretch.face_limit);
   std::vector<uint32_t>& number = stretch.number;
-  std::vector<uint32_t> sizes, faces;  // of the grown cells; faces of the growing cell
+  std::vector<uint32_t> sizes;           // of the grown cells
+  std::vector<uint32_t> faces(members);  // of the growing cell, `size` of them
+  uint32_t size = 0;
   Neighbours around;
   for (uint32_t seed = stretch.begin; seed < stretch.end; ++seed) {
     if (number[seed] != kNoCell) continue;
     const auto own = static_cast<uint32_t>(sizes.size());
     const auto take = [&](uint32_t face, uint32_t) {
-      if (faces.size() == members || !stretch.is_left(face)) return;
+      if (size == members || !stretch.is_left(face)) return;
       number[face] = own;
-      faces.push_back(face);
+      faces[size++] = face;
     };
-    faces.clear();
+    size = 0;
     take(seed, 1);
-    for (size_t i = 0; i < faces.size() && faces.size() < members; ++i)
-      stretch.graph.for_each_link(faces[i], take);
-    const auto size = static_cast<uint32_t>(faces.size());
+    for (uint32_t i = 0; i < size && size < members; ++i) stretch.graph.for_each_link(faces[i], take);
     if (size < members && (size == 1 || 3 * size < members)) {
       around.clear();
-      for (const uint32_t face : faces)
-        stretch.graph.for_each_link(face, [&](uint32_t next, uint32_t edges) {
+      for (uint32_t i = 0; i < size; ++i)
+        stretch.graph.for_each_link(faces[i], [&](uint32_t next, uint32_t edges) {
           if (stretch.has(next) && number[next] != own) around.count(number[next], edges);
         });
       const uint32_t most = std::min(size == 1 ? 2 * members : members + members / 2, stretch.face_limit);
       const uint32_t joined = around.take_best([&](uint32_t cell) { return sizes[cell] + size <= most; });
       if (joined != kNoCell) {
-        for (const uint32_t face : faces) number[face] = joined;
+        for (uint32_t i = 0; i < size; ++i) number[faces[i]] = joined;
         sizes[joined] += size;
         continue;
       }

@@ -108,37 +108,30 @@ SourceTable::SourceTable(std::span<const std::array<uint32_t, 3>> faces,
   separate_fans(vertex_limit);
 }
 
-// Makes the links of link_faces, if no edge has more than two faces. Where the two faces of an edge have it in
-// the same direction, or are one face upside down, it makes no links at all, and returns false. Faces whose
-// points at the edge have other vertices are not linked.
+// Makes the links of link_faces, if no edge has more than two faces and no face is flat. Where the two faces of
+// an edge have it in the same direction, or are one face upside down, it makes no links at all, and returns
+// false. Faces whose points at the edge have other vertices are not linked.
 bool SourceTable::link_neighbours(std::span<const std::array<uint32_t, 3>> neighbours) {
+  if (flat_count_ > 0) return false;
   for (uint32_t i = 0; i < face_count_; ++i)
     for (uint32_t c = 0; c < 3; ++c) {
       const uint32_t other = neighbours[i][c];
-      if (other >= i) continue;  // both faces are known at the later one, or there is no other
+      if (other >= face_count_) continue;
       const uint32_t from = faces_[i].vertex[c], to = faces_[i].vertex[core::next(c)], apex = core::previous(c);
-      Face& across = faces_[other];
-      // Nearly always there is one corner across, and which one it is cannot be predicted.
-      const uint32_t v0 = across.vertex[0], v1 = across.vertex[1], v2 = across.vertex[2];
-      const uint32_t is_first = (v1 == to ? 1u : 0u) & (v2 == from ? 1u : 0u),
-                     is_second = (v2 == to ? 1u : 0u) & (v0 == from ? 1u : 0u),
-                     is_third = (v0 == to ? 1u : 0u) & (v1 == from ? 1u : 0u);
-      const uint32_t only = is_third != 0 ? 2 : is_second, tip = across.vertex[only];
-      if (is_first + is_second + is_third == 1 && tip != faces_[i].vertex[apex] && tip != from && tip != to) {
-        faces_[i].opposite[apex] = 4 * other + only;
-        across.opposite[only] = 4 * i + apex;
+      const Face& across = faces_[other];
+      // Which corner is across cannot be predicted, so nothing branches on it.
+      const uint32_t v0 = across.vertex[0], v1 = across.vertex[1], v2 = across.vertex[2],
+                     tip = v0 ^ v1 ^ v2 ^ from ^ to,  // if the face has both
+          at = (tip == v1 ? 1u : 0u) | (tip == v2 ? 2u : 0u);
+      const uint32_t after = across.vertex[core::next(at)], before = across.vertex[core::previous(at)];
+      if (((after ^ to) | (before ^ from)) == 0 && tip != faces_[i].vertex[apex]) [[likely]] {
+        faces_[i].opposite[apex] = 4 * other + at;
         continue;
       }
-      for (uint32_t k = 0; k < 3; ++k) {
-        const uint32_t a = across.vertex[core::next(k)], b = across.vertex[core::previous(k)];
-        if (a == to && b == from && across.vertex[k] != faces_[i].vertex[apex]) {
-          faces_[i].opposite[apex] = 4 * other + k;
-          across.opposite[k] = 4 * i + apex;
-        } else if ((a == from && b == to) || (a == to && b == from)) {
-          for (uint32_t f = 0; f < face_count_; ++f) std::ranges::fill(faces_[f].opposite, no_corner());
-          return false;
-        }
-      }
+      const auto has = [&](uint32_t vertex) { return v0 == vertex || v1 == vertex || v2 == vertex; };
+      if (!has(from) || !has(to)) continue;
+      for (uint32_t f = 0; f < face_count_; ++f) std::ranges::fill(faces_[f].opposite, no_corner());
+      return false;
     }
   return true;
 }
@@ -283,19 +276,51 @@ void SourceTable::break_folds(const std::vector<bool>& may_fold, uint32_t vertex
       if (!seen[corner]) broken |= walk(first_of(corner));
 }
 
+// Sets the states of all vertices as if each had one fan. Returns how many corners of each vertex are in
+// another fan than the one that was found, or nothing if no vertex has any.
+std::vector<uint32_t> SourceTable::see_fans(uint32_t vertex_limit) {
+  const uint32_t none = no_corner();
+  std::vector<uint32_t> corner_of(vertex_limit, none), others(vertex_limit);
+  for (uint32_t i = 0; i < face_count_; ++i)
+    if (faces_[i].mark == Face::kUnseen)
+      for (uint32_t k = 0; k < 3; ++k) corner_of[faces_[i].vertex[k]] = 4 * i + k;
+  uint64_t seen_corners = 0;
+  for (uint32_t v = 0; v < vertex_limit; ++v) {
+    const uint32_t corner = corner_of[v];
+    if (corner == none) continue;
+    uint32_t at = corner, corners = 0;
+    do {
+      ++corners;
+      at = swing_left(at);
+    } while (at != corner && at != none);
+    states_[v] = at == none ? kBorder : kInside;
+    if (at == none)
+      for (at = swing_right(corner); at != none; at = swing_right(at)) ++corners;
+    ++vertex_count_;
+    seen_corners += corners;
+    others[v] = 0u - corners;
+  }
+  if (seen_corners == uint64_t{3} * (face_count_ - flat_count_)) return {};
+  for (uint32_t i = 0; i < face_count_; ++i)
+    if (faces_[i].mark == Face::kUnseen)
+      for (const uint32_t vertex : faces_[i].vertex) ++others[vertex];
+  return others;
+}
+
 // The first fan of a vertex keeps its number.
 void SourceTable::separate_fans(uint32_t vertex_limit) {
-  std::vector<bool> has_fan(vertex_limit);
   // Each vertex has a corner, so that this is room for all fans.
   states_.reset(new VertexState[size_t{vertex_limit} + size_t{3} * face_count_]);
+  const std::vector<uint32_t> others = see_fans(vertex_limit);
+  if (others.empty()) return;
+  std::vector<bool> has_fan(vertex_limit);
   uint32_t next_number = vertex_limit;
   for (uint32_t i = 0; i < face_count_; ++i)
     for (uint32_t k = 0; k < 3; ++k) {
-      if ((faces_[i].fans_seen >> k & 1) != 0) continue;
+      if ((faces_[i].fans_seen >> k & 1) != 0 || others[faces_[i].vertex[k]] == 0) continue;
       const uint32_t corner = 4 * i + k, shared = faces_[i].vertex[k];
       const uint32_t number = has_fan[shared] ? next_number++ : shared;
       has_fan[shared] = true;
-      ++vertex_count_;
       const auto see = [&](uint32_t at) {
         face(at).fans_seen |= 1u << (at & 3);
         face(at).vertex[at & 3] = number;
@@ -309,6 +334,7 @@ void SourceTable::separate_fans(uint32_t vertex_limit) {
       if (at == no_corner())
         for (at = swing_right(corner); at != no_corner(); at = swing_right(at)) see(at);
     }
+  vertex_count_ += next_number - vertex_limit;
 }
 
 }  // namespace psplit

@@ -66,6 +66,7 @@ class SourceTable {
   bool link_neighbours(std::span<const std::array<uint32_t, 3>> neighbours);
   std::vector<bool> link_faces(uint32_t vertex_limit);
   void break_folds(const std::vector<bool>& may_fold, uint32_t vertex_limit);
+  std::vector<uint32_t> see_fans(uint32_t vertex_limit);
   void separate_fans(uint32_t vertex_limit);
   void unlink(uint32_t corner);
 
