@@ -11,17 +11,6 @@
 namespace psplit {
 namespace {
 
-size_t stored_bytes(const MeshFile& file) {
-  size_t bytes = 0;
-  for (const MeshFileObject& object : file.objects)
-    for (const MeshFilePart& part : object.parts) {
-      for (const Attribute& attribute : part.mesh.attributes)
-        bytes += (attribute.stride() + 3) / 4 * 4 * part.mesh.point_count + 4;
-      bytes += part.mesh.faces.size() * 12 + 4;
-    }
-  return bytes;
-}
-
 // The corners as floats. False if floats say much less of the polygon: only then do its digits count. Otherwise
 // its triangles are as in a file of floats.
 bool round_corners(std::span<const PrecisePosition> polygon, std::vector<PrecisePosition>& rounded) {
@@ -164,9 +153,6 @@ Document document_of_objects(MeshFile file, bool are_points) {
   Document document = new_document();
   Json& json = document.json();
   Json meshes = Json::array(), nodes = Json::array(), roots = Json::array();
-  json["buffers"] = Json::array({Json{{"byteLength", 0}}});
-  document.buffers.resize(1);
-  document.buffers[0].own().reserve(stored_bytes(file));
   for (MeshFileObject& object : file.objects) {
     Json primitives = Json::array();
     for (MeshFilePart& part : object.parts) {

@@ -219,9 +219,11 @@ Place place_of(const std::filesystem::path& source) {
 size_t growing_buffer(Document& document) {
   Json& buffers = document.json()["buffers"];
   if (!buffers.is_array()) buffers = Json::array();
-  // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes.
+  // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes, or so large
+  // that it takes long to move.
+  constexpr size_t kLarge = size_t{1} << 20;
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
-      !is_placeholder(document, buffers.size() - 1))
+      !is_placeholder(document, buffers.size() - 1) && document.buffers.back().size() < kLarge)
     return buffers.size() - 1;
   buffers.push_back({{"byteLength", 0}});
   document.buffers.resize(buffers.size());

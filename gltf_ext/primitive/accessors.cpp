@@ -179,16 +179,21 @@ void write_values(const ValuesView& data, int target, uint8_t* to) {
     for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, to + i * stride);
 }
 
-void store_values(Document& document, Json& accessor, const ValuesView& data, int target) {
+void store_values(Document& document, Json& accessor, const ValuesView& data, int target,
+                  std::shared_ptr<const void> owner) {
   const std::optional<ElementLayout> layout = layout_of(data);
   if (!layout) return;  // no glTF type has this number of components
   const size_t stride = stride_in_view(*layout, target);
   Span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(data.bytes.data()), data.count * stride);
   std::vector<uint8_t> stored;
+  constexpr size_t kWorthABuffer = size_t{1} << 20;
   if (!is_packed(*layout, stride) || data.step() != stride) {
     stored.resize(data.count * stride);
     write_values(data, target, stored.data());
     bytes = stored;
+  } else if (owner != nullptr && bytes.size() >= kWorthABuffer) {
+    const size_t buffer = append_buffer(document, Buffer(bytes, std::move(owner)));
+    return place_values(document, accessor, data, target, buffer, 0);
   }
   describe_view(document, accessor, *layout, target, append_buffer_view(document, bytes));
 }
@@ -260,10 +265,11 @@ void store_values_sparse(Document& document, Json& accessor, const ValuesView& d
       {"values", {{"bufferView", value_view}}}};
 }
 
-int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds) {
+int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds,
+                        std::shared_ptr<const void> owner) {
   Json accessor = describe_stored(data);
   if (accessor.empty()) return -1;
-  store_values(document, accessor, data, target);
+  store_values(document, accessor, data, target, std::move(owner));
   if (with_bounds && data.count > 0) set_bounds(accessor, data);
   Json& accessors = document.json()["accessors"];
   if (!accessors.is_array()) accessors = Json::array();

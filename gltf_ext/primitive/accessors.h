@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 
 #include "gltf_ext/document/asset_records.h"
@@ -60,11 +61,15 @@ Expected<ValuesView> accessor_view(const Document& document, int64_t index);
 inline constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
 // Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
-// index, or -1 if no glTF type has this number of components. `target` may be 0, for none.
-int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds);
+// index, or -1 if no glTF type has this number of components. `target` may be 0, for none. An `owner` keeps the
+// values unchanged: large ones that are stored as they are become a buffer without a copy.
+int64_t append_accessor(Document& document, const ValuesView& data, int target, bool with_bounds,
+                        std::shared_ptr<const void> owner = nullptr);
 
 // Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.
-void store_values(Document& document, Json& accessor, const ValuesView& data, int target);
+// `owner` is as above.
+void store_values(Document& document, Json& accessor, const ValuesView& data, int target,
+                  std::shared_ptr<const void> owner = nullptr);
 
 // Appends a view of bytes that a buffer has already, laid out as store_values does it, and makes `accessor`
 // refer to it.

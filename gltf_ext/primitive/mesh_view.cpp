@@ -1,6 +1,7 @@
 #include "gltf_ext/primitive/mesh_view.h"
 
 #include <cstring>
+#include <memory>
 
 #include "gltf_ext/json/json.h"
 
@@ -42,14 +43,18 @@ IndexData::IndexData(const Mesh& mesh) : values_(view_of(mesh).indices) {
 Json append_primitive(Document& document, Mesh mesh, bool are_points) {
   Json attributes = Json::object();
   for (Attribute& attribute : mesh.attributes) {
-    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
-                            mesh.point_count, std::move(attribute.values)};
+    const auto values = std::make_shared<const Array<std::byte>>(std::move(attribute.values));
+    const ValuesView data{attribute.component_type, attribute.component_count, attribute.normalized,
+                          mesh.point_count, *values};
     attributes[attribute.semantic] =
-        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
+        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION", values);
   }
   if (are_points) return {{"attributes", std::move(attributes)}, {"mode", kPointsMode}};
-  return {{"attributes", std::move(attributes)},
-          {"indices", append_accessor(document, IndexData(mesh), kElementArrayBuffer, false)}};
+  const auto faces = std::make_shared<const Mesh>(std::move(mesh));
+  const IndexData indices(*faces);
+  const int64_t accessor =
+      append_accessor(document, indices, kElementArrayBuffer, false, indices.are_narrow() ? nullptr : faces);
+  return {{"attributes", std::move(attributes)}, {"indices", accessor}};
 }
 
 LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,

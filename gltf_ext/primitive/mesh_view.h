@@ -20,14 +20,15 @@ class IndexData {
   IndexData(const IndexData&) = delete;
   IndexData& operator=(const IndexData&) = delete;
   operator const ValuesView&() const { return values_; }
+  bool are_narrow() const { return !narrow_.empty(); }  // copies, not the mesh's own
 
  private:
   ValuesView values_;
   std::vector<std::byte> narrow_;
 };
-// Appends a mesh to the document's buffer. Returns a primitive with its attributes and indices. Frees each
-// array of the mesh once the document has it.
-// With `are_points` it is one of points, and the mesh has no faces.
+// Appends a mesh to the document's buffers. Returns a primitive with its attributes and indices. Large arrays
+// of the mesh become buffers; the others are copied and freed. With `are_points` it is one of points, and the
+// mesh has no faces.
 Json append_primitive(Document& document, Mesh mesh, bool are_points = false);
 
 // A mesh laid out as PrimitiveEditor stores it: the attributes, then the indices, each on a 4-byte boundary.

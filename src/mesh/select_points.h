@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,8 +17,18 @@ namespace psplit {
 // The rows with these numbers, in their order. A row has `width` bytes.
 inline Array<std::byte> select_rows(Span<const std::byte> values, size_t width, Span<const uint32_t> rows) {
   Array<std::byte> selected(width * rows.size());
-  for (size_t i = 0; i < rows.size(); ++i)
-    std::memcpy(selected.data() + i * width, values.data() + rows[i] * width, width);
+  const auto copy = [&](auto bytes) {
+    for (size_t i = 0; i < rows.size(); ++i)
+      std::memcpy(selected.data() + i * bytes, values.data() + rows[i] * size_t{bytes}, bytes);
+  };
+  // Copies of a constant number of bytes are moves, not calls.
+  switch (width) {
+    case 4: copy(std::integral_constant<size_t, 4>()); break;
+    case 8: copy(std::integral_constant<size_t, 8>()); break;
+    case 12: copy(std::integral_constant<size_t, 12>()); break;
+    case 16: copy(std::integral_constant<size_t, 16>()); break;
+    default: copy(width);
+  }
   return selected;
 }
 
