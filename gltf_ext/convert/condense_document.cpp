@@ -114,6 +114,8 @@ Status condense_patches(const StoredPrimitive& stored, const CondenseOptions& op
   if (!container) return container.status();
   candidate.result.was_condensed = container->condensed_count() > 0;
   if (candidate.result.was_condensed) return {};
+  if (const Mesh* const known = options.decoded(candidate.result.ids.front()))
+    return condense(*container, stored, *known, options, pool, candidate);
   Expected<Mesh> plain = Mesh();
   if (options.verify) plain = cpu_backend().decode(*container, stored.requests, pool);
   if (!plain) return runtime_failure("verification: " + plain.status().to_string());

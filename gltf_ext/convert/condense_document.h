@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace psplit {
 struct CondenseOptions {
   bool smallest = false;  // also if that decodes more slowly
   bool verify = true;     // compare what each container decodes to with what its streams decode to
+  // What the container of a primitive decodes to, by its semantics, if that is known: then it is not decoded
+  // again. Null if not. Called by several threads.
+  std::function<const Mesh*(PrimitiveId)> decoded = [](PrimitiveId) { return nullptr; };
 };
 
 // What became of the streams in one buffer view.
