@@ -1,32 +1,32 @@
 // Numbers in bits: those of a directory and of a stitch map (src/core/stitch_codes.h). A string that ends early is refused.
 import { refuse } from './refusal.js';
 
+const { clz32 } = Math;
+
 /** Numbers of one kind have exponential Golomb codes, whose order follows the numbers. */
 export class NumberKind {
-  #sixteenths;
-
   constructor(order) {
-    this.#sixteenths = 16 * order;
-  }
-  get order() {
-    return this.#sixteenths >> 4;
+    this.sixteenths = 16 * order;
   }
   follow(value) {
-    this.#sixteenths = (3 * this.#sixteenths + 16 * floor_log2(value)) >> 2;
+    this.sixteenths = (3 * this.sixteenths + 16 * floor_log2(value)) >> 2;
   }
 }
-export const floor_log2 = (value) => 31 - Math.clz32(value | 1);
-export const unfold = (value) => (value % 2 === 0 ? value / 2 : -(value - 1) / 2 - 1);
+export const floor_log2 = (value) => 31 - clz32(value | 1);
+/** The whole number, positive or negative, that a number of 32 bits stands for. */
+export const unfold = (value) => (value >>> 1) ^ -(value & 1);
 
 /** Reads bits, each byte from its lowest bit. */
 export class BitString {
   #bytes;
+  #view;
   #end;  // in bytes
   #byte;
   #bit = 0;  // below 8
 
   constructor(bytes, at, end) {
     this.#bytes = bytes;
+    this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     this.#byte = at;
     this.#end = end;
   }
@@ -61,16 +61,24 @@ export class BitString {
     return this.bits(1) !== 0;
   }
   number(kind) {
-    const { order } = kind, ahead = this.#ahead(), zeros = ahead === 0 ? 32 : 31 - Math.clz32(ahead & -ahead);
-    const width = 2 * zeros + 1 + order;
-    if (width <= 32) {  // nearly always
-      this.#take(width);
-      const high = (1 << zeros) - 1 + ((ahead >>> (zeros + 1)) & ((1 << zeros) - 1));
-      // Without a low part, the shift may be that by 32, which leaves all bits: the mask has none.
-      const value = ((high << order) | ((ahead >>> (2 * zeros + 1)) & ((1 << order) - 1))) >>> 0;
-      kind.follow(value);
-      return value;
+    const at = this.#byte, bit = this.#bit, order = kind.sixteenths >> 4, kBytes = 4, kMostWidth = 25;
+    // Nearly all codes lie in four bytes. There are thousands, which V8 at first interprets: so this calls nothing else.
+    if (this.#end - at >= kBytes) {
+      const ahead = this.#view.getInt32(at, true) >>> bit;
+      const zeros = 31 - clz32(ahead & -ahead), width = 2 * zeros + 1 + order;
+      if (zeros >= 0 && width <= kMostWidth) {
+        const end = bit + width, ones = (1 << zeros) - 1;
+        this.#byte = at + (end >> 3);
+        this.#bit = end & 7;
+        const value = ((ones + ((ahead >>> (zeros + 1)) & ones)) << order) | ((ahead >>> (zeros + 1 + zeros)) & ((1 << order) - 1));
+        kind.sixteenths = (3 * kind.sixteenths + 16 * (31 - clz32(value | 1))) >> 2;
+        return value;
+      }
     }
+    return this.#long_number(kind);
+  }
+  #long_number(kind) {
+    const order = kind.sixteenths >> 4, ahead = this.#ahead(), zeros = ahead === 0 ? 32 : 31 - clz32(ahead & -ahead);
     if (zeros + order > 32) refuse('a code that is too long');
     if (zeros === 32) {
       this.#take(32);

@@ -30,7 +30,7 @@ export class ContainerPlan {
   first_stream = 0;
   indices = 0;
   #bytes;
-  #heads = [];  // of streams, with their counts
+  #heads;  // of streams, with their counts
   #words;       // of the memory of streams
   #sizes = null;
 
@@ -46,11 +46,13 @@ export class ContainerPlan {
     if (directory.has_residue) refuse('a residue');
     const reader = new Reader(bytes);
     this.#words = new Uint32Array(directory.stream_count);
+    this.#heads = new Array(directory.stream_count);
     for (let i = 0; i < directory.stream_count; ++i) this.#read_stream(reader, i, most_words);
     this.attributes = attributes ?? stored(this.#heads[0]);
     // The first stream says how values are written; others must say the same. Streams mostly have one list of attributes.
-    const lists = [];
-    for (const head of this.#heads) if (head.attributes !== lists.at(-1)) lists.push(head.attributes);
+    const lists = [], heads = this.#heads;
+    let list;
+    for (let i = 0; i < heads.length; ++i) if (heads[i].attributes !== list) lists.push((list = heads[i].attributes));
     this.outputs = [];  // not by map(): V8 would compile the loops over streams again for another kind of array
     for (const request of this.attributes) {
       const found = lists.map((all) => all.find(({ unique_id }) => unique_id === request.uniqueId) ?? refuse('an attribute that is missing'));
@@ -98,13 +100,13 @@ export class ContainerPlan {
   #read_stream(reader, i, most_words) {
     const { faces, points, references, stream_at } = this.directory, begin = stream_at[i], end = stream_at[i + 1], face_count = faces[i];
     if (face_count > kMostFacesOfAStream) refuse('a stream of many faces');
-    const head = read_stream_head(reader, begin, end, face_count, this.#heads[i - 1]);
+    const head = read_stream_head(reader, begin, end, face_count, i > 0 ? this.#heads[i - 1] : undefined);
     head.point_count = points[i];
     head.reference_count = references[i];
     const words = stream_words(head);
     if (words > most_words) refuse('a stream that takes much memory');
     this.#words[i] = words;
-    this.#heads.push(head);
+    this.#heads[i] = head;
   }
 
   /**

@@ -1,47 +1,46 @@
 // The directory of a container (src/container/directory.h): where its streams and their stitch maps are, and what they count. All
 // checks are those of src/container: what breaks a rule is refused.
 import { head_of, kHeaderBytes } from '../head.js';
-import { BitString, NumberKind } from './bit_string.js';
+import { BitString, NumberKind, unfold } from './bit_string.js';
 import { refuse } from './refusal.js';
 
-// Predicts the next value of a column: a base that the row knows, and the mean by which earlier rows exceeded theirs.
-class ExpectedSum {
+// Columns of numbers, each stored as its distance from the number that the rows before let expect. Their functions call little, because
+// V8 interprets them for the first thousands of numbers. Shifts take whole numbers below 2 ** 31.
+const kShiftable = 2 ** 31;
+
+// Of numbers that have a base, which the row knows: the next one exceeds its base by the mean of earlier ones.
+class Sums {
   #sixteenths = 0;
   #is_first = true;
+  #kind;
 
-  from(base) {
-    return base + Math.floor(this.#sixteenths / 16);
+  constructor(order) {
+    this.#kind = new NumberKind(order);
   }
-  follow(base, value) {
-    const step = value - this.from(base);
-    this.#sixteenths = this.#is_first ? 16 * step : this.#sixteenths + step;
+  next(bits, base) {
+    const sixteenths = this.#sixteenths, is_small = sixteenths < kShiftable && sixteenths >= -kShiftable;
+    const expected = base + (is_small ? sixteenths >> 4 : Math.floor(sixteenths / 16)), value = (expected + unfold(bits.number(this.#kind))) >>> 0;
+    this.#sixteenths = this.#is_first ? 16 * (value - expected) : sixteenths + value - expected;
     this.#is_first = false;
+    return value;
   }
 }
-// Predicts the next value of a column that is roughly proportional to another column.
-class ExpectedRatio {
+// Of numbers that are roughly proportional to another number of the row.
+class Ratios {
   #ratio = 0;  // in 1024ths
   #is_first = true;
+  #kind;
 
-  from(scale) {
-    return Math.floor((this.#ratio * Math.max(scale, 1)) / 1024);
-  }
-  follow(scale, value) {
-    const kMostSixtyFourths = (1 << 17) - 1;
-    const sixty_fourths = Math.min(Math.floor((value * 64) / Math.max(scale, 1)), kMostSixtyFourths);
-    this.#ratio = this.#is_first ? 16 * sixty_fourths : this.#ratio + sixty_fourths - (this.#ratio >> 4);
-    this.#is_first = false;
-  }
-}
-
-class Column {
-  constructor(order, expected) {
-    this.kind = new NumberKind(order);
-    this.expected = expected;
+  constructor(order) {
+    this.#kind = new NumberKind(order);
   }
   next(bits, known) {
-    const value = (this.expected.from(known) + bits.signed(this.kind)) >>> 0;
-    this.expected.follow(known, value);
+    const kMost = (1 << 17) - 1, scale = known > 0 ? known : 1, ratio = this.#ratio, product = ratio * scale;
+    const value = ((product < kShiftable ? product >> 10 : Math.floor(product / 1024)) + unfold(bits.number(this.#kind))) >>> 0;
+    let sixty_fourths = value < kShiftable / 64 ? ((value << 6) / scale) | 0 : Math.floor((value * 64) / scale);
+    if (sixty_fourths > kMost) sixty_fourths = kMost;
+    this.#ratio = this.#is_first ? 16 * sixty_fourths : ratio + sixty_fourths - (ratio >> 4);
+    this.#is_first = false;
     return value;
   }
 }
@@ -94,13 +93,11 @@ export function read_directory(bytes) {
   const has_residue = flags === kResidue, numbers = () => new Uint32Array(stream_count), sums = () => new Uint32Array(stream_count + 1);
   const faces = numbers(), points = numbers(), references = numbers(), stitch_at = sums(), stream_at = sums(), first_faces = sums(),
     first_points = sums();
-  const of_faces = new Column(6, new ExpectedSum()), of_points = new Column(3, new ExpectedSum()),
-    of_references = new Column(3, new ExpectedSum()), of_stitch = new Column(2, new ExpectedRatio()),
-    of_bytes = new Column(6, new ExpectedRatio());
+  const of_faces = new Sums(6), of_points = new Sums(3), of_references = new Sums(3), of_stitch = new Ratios(2), of_bytes = new Ratios(6);
   let stitch_bytes = 0, stream_bytes = 0, face_sum = 0, point_sum = 0, all_points = 0, reference_sum = 0;
   for (let i = 0; i < stream_count; ++i) {
     const face_count = (faces[i] = of_faces.next(bits, 0));
-    const point_count = (points[i] = of_points.next(bits, Math.floor(face_count / 2)));
+    const point_count = (points[i] = of_points.next(bits, face_count >>> 1));
     const reference_count = (references[i] = of_references.next(bits, 0));
     const in_stitch = reference_count > 0 ? of_stitch.next(bits, reference_count) : 0, in_stream = of_bytes.next(bits, point_count);
     const is_residue = has_residue && i + 1 === stream_count;
