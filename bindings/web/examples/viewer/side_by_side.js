@@ -36,6 +36,7 @@ function fill(id, rows) {
   }));
 }
 
+const size_or_none = (bytes) => (bytes === 0 ? 'none' : bytes && size(bytes));
 const heads = has_webgpu ? ['CPU', 'GPU'] : ['CPU'];
 function show_costs(results) {
   const row = (name, of) => [name, ...results.map((result) => of(result) ?? 'not known')];
@@ -45,8 +46,8 @@ function show_costs(results) {
     row('First frame, second load', ({ loads }) => duration(loads[1].frame_ms)),
     row('Main thread blocked, first load', ({ loads }) => blocked(loads[0])),
     row('Main thread blocked, second load', ({ loads }) => blocked(loads[1])),
-    row(`Memory of WebAssembly, at most ${plural(workers, 'worker')}`, ({ memory: { wasm } }) => wasm !== undefined && size(wasm)),
-    row('Arrays of the meshes in JavaScript', ({ memory: { arrays } }) => size(arrays)),
+    row(`Memory of WebAssembly, at most ${plural(workers, 'worker')}`, ({ memory: { wasm } }) => size_or_none(wasm)),
+    row('Arrays of the meshes in JavaScript', ({ memory: { arrays } }) => size_or_none(arrays)),
     row('Buffers on the GPU', ({ memory: { buffers, most_buffers } }) => (buffers === undefined ? undefined : `${size(buffers)}, at most ${size(most_buffers)} while loading`))]);
 }
 
