@@ -24,8 +24,7 @@ async ({ result }) => {
   assert.deepEqual({ equal, by_wasm, differences }, { equal: 1, by_wasm: 1, differences: [] });
 });
 
-// The example, without a library. A decoder with little memory leaves all to WebAssembly. The picture is not shown: with SwiftShader,
-// Chromium's GPU process ends at the first canvas of WebGPU.
+// The example, without a library. A decoder with little memory leaves all to WebAssembly. Pictures are drawn to textures.
 const kSize = 256, glb = skip ? null : with_asset(3000, ['--patch-faces', '400'], (file) => readFileSync(file));
 page_test('the example draws the same picture as of arrays of WebAssembly', { skip, argument: kSize,
   files: { '/webgpu/': { folder: path.join(root, 'bindings/web/examples/webgpu') }, '/model.glb': glb,

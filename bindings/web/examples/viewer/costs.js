@@ -1,6 +1,6 @@
 // What a page can know of the costs of loading a model: its main thread's time, and memory.
 
-const kBeatMs = 1, kLeastMs = 4, kChannel = 'psplit memory', kMostWaitMs = 3000;
+const kBeatMs = 1, kLeastMs = 4, kMostWaitMs = 3000;
 
 /** Watches the page's main thread: when a turn comes kLeastMs late, it was blocked. Returns a function that ends this. */
 export function watch_main_thread() {
@@ -43,11 +43,11 @@ export function count_buffers(device) {
   return counts;
 }
 
-/** Makes a worker for a pool, of which worker_memory() knows. */
-export const make_worker = () => new Worker('counting_worker.js', { type: 'module' });
-/** The bytes of WebAssembly's memory in `count` workers; undefined if they do not answer. */
-export async function worker_memory(count) {
-  const channel = new BroadcastChannel(kChannel);
+/** Makes a worker for a pool, whose name worker_memory() takes. */
+export const make_worker = (name) => new Worker('counting_worker.js', { type: 'module', name });
+/** The bytes of WebAssembly's memory in the `count` workers of a name; undefined if they do not answer. */
+export async function worker_memory(name, count) {
+  const channel = new BroadcastChannel(name);
   let sum = 0, left = count;
   try {
     return await new Promise((resolve) => {
@@ -66,7 +66,7 @@ export async function worker_memory(count) {
 }
 /** Answers worker_memory() in a worker. */
 export function answer_in_worker() {
-  const memories = [], { Instance } = WebAssembly, channel = new BroadcastChannel(kChannel);
+  const memories = [], { Instance } = WebAssembly, channel = new BroadcastChannel(globalThis.name);
   WebAssembly.Instance = function (...given) {
     const instance = new Instance(...given);
     memories.push(instance.exports.memory);

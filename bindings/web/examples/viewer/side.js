@@ -8,6 +8,7 @@ import { load_asset } from './loading.js';
 import { frame, meshes_of, show_shapes } from './scene.js';
 
 const kSize = 512;
+let sides = 0;
 
 export class Side {
   pixels = null;  // of the last picture
@@ -20,6 +21,7 @@ export class Side {
   #pool = null;
   #model = null;
   #is_on_gpu;
+  #name = `workers of side ${++sides}`;
 
   /** @param {HTMLCanvasElement} canvas @param {{ is_on_gpu: boolean, has_webgpu: boolean }} way @returns {Promise<Side>} */
   static async make(canvas, { is_on_gpu, has_webgpu }) {
@@ -42,7 +44,7 @@ export class Side {
    */
   async load(asset, { workers, direction, signal }) {
     this.#remove_model();
-    this.#pool ??= createPool({ workers, worker: make_worker });
+    this.#pool ??= createPool({ workers, worker: () => make_worker(this.#name) });
     const end = watch_main_thread(), begin = performance.now();
     try {
       const gltf = await load_asset(asset, { pool: this.#pool, signal, ...(this.#is_on_gpu && { gpu: this.#renderer }) });
@@ -73,7 +75,7 @@ export class Side {
 
   /** The memory of the model: bytes; undefined where a page cannot know. */
   async memory() {
-    return { wasm: await worker_memory(this.#pool.workerCount), arrays: array_bytes(meshes_of(this.#model)), buffers: this.#buffers?.now, most_buffers: this.#buffers?.most };
+    return { wasm: await worker_memory(this.#name, this.#pool.workerCount), arrays: array_bytes(meshes_of(this.#model)), buffers: this.#buffers?.now, most_buffers: this.#buffers?.most };
   }
 
   dispose() {

@@ -76,6 +76,7 @@ async function load(asset) {
   shown = null;
   element('name').textContent = asset.name;
   for (const id of ['costs', 'meshes']) fill(id, []);
+  for (const id of ['cpu', 'gpu']) element(id).getContext('2d').reset();
   set_state('loading');
   for (const side of sides.splice(0)) side.dispose();
   const made = [], results = [];

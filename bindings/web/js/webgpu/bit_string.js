@@ -9,87 +9,71 @@ export class NumberKind {
     this.sixteenths = 16 * order;
   }
   follow(value) {
-    this.sixteenths = (3 * this.sixteenths + 16 * floor_log2(value)) >> 2;
+    this.sixteenths = (3 * this.sixteenths + 16 * (31 - clz32(value | 1))) >> 2;
   }
 }
 export const floor_log2 = (value) => 31 - clz32(value | 1);
 /** The whole number, positive or negative, that a number of 32 bits stands for. */
 export const unfold = (value) => (value >>> 1) ^ -(value & 1);
 
+// What lies in the four bytes at any bit of a byte.
+const kBytes = 4, kMostWidth = 25;
+
 /** Reads bits, each byte from its lowest bit. */
 export class BitString {
-  #bytes;
   #view;
   #end;  // in bytes
   #byte;
   #bit = 0;  // below 8
 
   constructor(bytes, at, end) {
-    this.#bytes = bytes;
-    this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    this.#view = new DataView(bytes.buffer, bytes.byteOffset, end);
     this.#byte = at;
     this.#end = end;
   }
 
-  // The next 32 bits; 0 past the end.
-  #ahead() {
-    const bytes = this.#bytes, at = this.#byte, bit = this.#bit, left = this.#end - at;
-    let low, high;
-    if (left > 4) {
-      low = bytes[at] | (bytes[at + 1] << 8) | (bytes[at + 2] << 16) | (bytes[at + 3] << 24);
-      high = bytes[at + 4];
-    } else {
-      high = 0;
-      low = (left > 0 ? bytes[at] : 0) | (left > 1 ? bytes[at + 1] << 8 : 0) | (left > 2 ? bytes[at + 2] << 16 : 0) | (left > 3 ? bytes[at + 3] << 24 : 0);
-    }
-    return (bit === 0 ? low : (low >>> bit) | (high << (32 - bit))) >>> 0;
-  }
   #take(count) {
     const bit = this.#bit + count;
     this.#byte += bit >> 3;
     this.#bit = bit & 7;
-    if (this.#byte + (this.#bit > 0 ? 1 : 0) > this.#end) refuse('bits that end early');
-  }
-
-  /** @param {number} count at most 32 */
-  bits(count) {
-    const ahead = this.#ahead();
-    this.#take(count);
-    return count === 32 ? ahead : (ahead & ((1 << count) - 1)) >>> 0;
   }
   flag() {
-    return this.bits(1) !== 0;
+    if (this.#byte === this.#end) refuse('bits that end early');
+    const bit = (this.#view.getUint8(this.#byte) >> this.#bit) & 1;
+    this.#take(1);
+    return bit !== 0;
+  }
+  /** @param {number} count at most 32 */
+  bits(count) {
+    let value = 0;
+    if (count <= kMostWidth && this.#end - this.#byte >= kBytes) {
+      value = (this.#view.getInt32(this.#byte, true) >>> this.#bit) & ((1 << count) - 1);
+      this.#take(count);
+    } else {
+      for (let i = 0; i < count; ++i) if (this.flag()) value += 2 ** i;
+    }
+    return value;
   }
   number(kind) {
-    const at = this.#byte, bit = this.#bit, order = kind.sixteenths >> 4, kBytes = 4, kMostWidth = 25;
-    // Nearly all codes lie in four bytes. There are thousands, which V8 at first interprets: so this calls nothing else.
+    const at = this.#byte, bit = this.#bit, order = kind.sixteenths >> 4;
+    // Nearly all codes lie in four bytes. There are thousands, which V8 at first interprets: so this calls little.
     if (this.#end - at >= kBytes) {
-      const ahead = this.#view.getInt32(at, true) >>> bit;
-      const zeros = 31 - clz32(ahead & -ahead), width = 2 * zeros + 1 + order;
+      const ahead = this.#view.getInt32(at, true) >>> bit, zeros = 31 - clz32(ahead & -ahead), width = 2 * zeros + 1 + order;
       if (zeros >= 0 && width <= kMostWidth) {
         const end = bit + width, ones = (1 << zeros) - 1;
         this.#byte = at + (end >> 3);
         this.#bit = end & 7;
-        const value = ((ones + ((ahead >>> (zeros + 1)) & ones)) << order) | ((ahead >>> (zeros + 1 + zeros)) & ((1 << order) - 1));
-        kind.sixteenths = (3 * kind.sixteenths + 16 * (31 - clz32(value | 1))) >> 2;
+        const value = ((ones + ((ahead >>> (zeros + 1)) & ones)) << order) | ((ahead >>> (width - order)) & ((1 << order) - 1));
+        kind.follow(value);
         return value;
       }
     }
-    return this.#long_number(kind);
-  }
-  #long_number(kind) {
-    const order = kind.sixteenths >> 4, ahead = this.#ahead(), zeros = ahead === 0 ? 32 : 31 - clz32(ahead & -ahead);
-    if (zeros + order > 32) refuse('a code that is too long');
-    if (zeros === 32) {
-      this.#take(32);
-      if (!this.flag()) refuse('a code that is too long');
-    } else {
-      this.#take(zeros + 1);
-    }
-    const whole = (2 ** zeros - 1 + this.bits(zeros)) * 2 ** order + this.bits(order);
-    if (whole > 0xffffffff) refuse('a number of more than 32 bits');
-    kind.follow(whole);
-    return whole;
+    let zeros = 0;
+    while (!this.flag()) if (++zeros + order > 32) refuse('a code that is too long');
+    const value = (2 ** zeros - 1 + this.bits(zeros)) * 2 ** order + this.bits(order);
+    if (value > 0xffffffff) refuse('a number of more than 32 bits');
+    kind.follow(value);
+    return value;
   }
   signed(kind) {
     return unfold(this.number(kind));

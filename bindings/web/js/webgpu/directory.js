@@ -1,12 +1,11 @@
 // The directory of a container (src/container/directory.h): where its streams and their stitch maps are, and what they count. All
 // checks are those of src/container: what breaks a rule is refused.
 import { head_of, kHeaderBytes } from '../head.js';
-import { BitString, NumberKind, unfold } from './bit_string.js';
+import { BitString, NumberKind } from './bit_string.js';
 import { refuse } from './refusal.js';
 
 // Columns of numbers, each stored as its distance from the number that the rows before let expect. Their functions call little, because
-// V8 interprets them for the first thousands of numbers. Shifts take whole numbers below 2 ** 31.
-const kShiftable = 2 ** 31;
+// V8 interprets them for the first thousands of numbers.
 
 // Of numbers that have a base, which the row knows: the next one exceeds its base by the mean of earlier ones.
 class Sums {
@@ -18,8 +17,7 @@ class Sums {
     this.#kind = new NumberKind(order);
   }
   next(bits, base) {
-    const sixteenths = this.#sixteenths, is_small = sixteenths < kShiftable && sixteenths >= -kShiftable;
-    const expected = base + (is_small ? sixteenths >> 4 : Math.floor(sixteenths / 16)), value = (expected + unfold(bits.number(this.#kind))) >>> 0;
+    const sixteenths = this.#sixteenths, expected = base + Math.floor(sixteenths / 16), value = (expected + bits.signed(this.#kind)) >>> 0;
     this.#sixteenths = this.#is_first ? 16 * (value - expected) : sixteenths + value - expected;
     this.#is_first = false;
     return value;
@@ -35,10 +33,8 @@ class Ratios {
     this.#kind = new NumberKind(order);
   }
   next(bits, known) {
-    const kMost = (1 << 17) - 1, scale = known > 0 ? known : 1, ratio = this.#ratio, product = ratio * scale;
-    const value = ((product < kShiftable ? product >> 10 : Math.floor(product / 1024)) + unfold(bits.number(this.#kind))) >>> 0;
-    let sixty_fourths = value < kShiftable / 64 ? ((value << 6) / scale) | 0 : Math.floor((value * 64) / scale);
-    if (sixty_fourths > kMost) sixty_fourths = kMost;
+    const kMost = (1 << 17) - 1, scale = Math.max(known, 1), ratio = this.#ratio;
+    const value = (Math.floor((ratio * scale) / 1024) + bits.signed(this.#kind)) >>> 0, sixty_fourths = Math.min(Math.floor((value * 64) / scale), kMost);
     this.#ratio = this.#is_first ? 16 * sixty_fourths : ratio + sixty_fourths - (ratio >> 4);
     this.#is_first = false;
     return value;

@@ -184,41 +184,38 @@ export class Layout {
     const start_at = this.#add_bits(head.start_faces, bytes_at), seams_at = plan.length;
     for (let i = 0; i < data_count; ++i) this.#add_bits(seams[i], bytes_at);
     const lists_at = lists.length > 0 ? this.#add_lists(lists, bytes_at) : kNone;
-    let at = this.streams.more(kStreamFields.length), used = this.#used;
+    const begin = this.streams.more(kStreamFields.length);
+    let at = begin, used = this.#used;
     // In the order of kStreamFields. Fields that are places take their words.
-    s[at] = face_count, s[at + 1] = point_count, s[at + 2] = head.reference_count, s[at + 3] = head.symbol_count, s[at + 4] = vertex_limit;
-    s[at + 5] = events_at, s[at + 6] = events.length, s[at + 7] = head.symbols + bytes_at, s[at + 8] = stream_at[stream + 1] + bytes_at;
-    s[at + 9] = start_at, s[at + 10] = seams_at, s[at + 11] = data_count, s[at + 12] = head.body + bytes_at;
-    s[at + 14] = head.groups.length, s[at + 15] = this.attributes.length / kAttributeFields.length, s[at + 16] = attributes.length;
-    s[at + 17] = used, s[at + 18] = used += 4 * face_count, s[at + 19] = used += 4 * face_count;
-    const scratch = (s[at + 20] = used += 2 * (vertex_limit + 3));
-    s[at + 21] = scratch_count, s[at + 22] = used += scratch_count, s[at + 23] = used += point_count, s[at + 24] = used += 2 * head.reference_count + 1;
+    s[at++] = face_count, s[at++] = point_count, s[at++] = head.reference_count, s[at++] = head.symbol_count, s[at++] = vertex_limit;
+    s[at++] = events_at, s[at++] = events.length, s[at++] = head.symbols + bytes_at, s[at++] = stream_at[stream + 1] + bytes_at;
+    s[at++] = start_at, s[at++] = seams_at, s[at++] = data_count, s[at++] = head.body + bytes_at, ++at, s[at++] = head.groups.length;
+    s[at++] = this.attributes.length / kAttributeFields.length, s[at++] = attributes.length;
+    s[at++] = used, s[at++] = used += 4 * face_count, s[at++] = used += 4 * face_count;
+    const scratch = (s[at++] = used += 2 * (vertex_limit + 3));
+    s[at++] = scratch_count, s[at++] = used += scratch_count, s[at++] = used += point_count, s[at++] = used += 2 * head.reference_count + 1;
     if (data_count > 0) used += point_words(face_count, point_count);
-    s[at + 25] = used;
+    s[at++] = used;
     if (data_count > 0) used += data_count * cut_words(face_count, point_count);
     this.#used = used;
-    s[at + 13] = this.#add_groups(head, scratch);
-    s[at + 26] = first_faces[stream], s[at + 27] = first_points[stream], s[at + 28] = place.mesh_points, s[at + 29] = place.has_walk;
-    s[at + 30] = this.walk_words, s[at + 31] = stitch_at[stream] + bytes_at, s[at + 32] = stitch_at[stream + 1] + bytes_at;
-    s[at + 33] = place.first_stream, s[at + 34] = place.indices, s[at + 35] = lists_at;
-    s[at + 36] = this.take(lists.length > 0 ? head.symbol_count : 0), s[at + 37] = this.take(lists.length > 0 ? vertex_limit + 3 : 0);
+    s[begin + 13] = this.#add_groups(head, scratch);
+    s[at++] = first_faces[stream], s[at++] = first_points[stream], s[at++] = place.mesh_points, s[at++] = place.has_walk, s[at++] = this.walk_words;
+    s[at++] = stitch_at[stream] + bytes_at, s[at++] = stitch_at[stream + 1] + bytes_at, s[at++] = place.first_stream, s[at++] = place.indices;
+    s[at++] = lists_at, s[at++] = this.take(lists.length > 0 ? head.symbol_count : 0), s[at++] = this.take(lists.length > 0 ? vertex_limit + 3 : 0);
     this.walk_words += point_count;
     for (let i = 0; i < attributes.length; ++i) this.add_attribute(attributes[i], head, i, outputs[i], kGridWords * stream);
   }
   add_attribute({ group, coding, components, type_bytes }, { shape, point_count, stream_bytes }, i, output, grid_offset) {
     const value_components = shape.value_components[i], values = value_components * point_count, slots = values < stream_bytes ? values : stream_bytes;
-    const a = this.attributes.words, at = this.attributes.more(kAttributeFields.length), bits = bucket_bits(values);
-    let used = this.#used;
+    const a = this.attributes.words, bits = bucket_bits(values), has_values = value_components > 0;  // values that are stored as they are have no arrays
+    let at = this.attributes.more(kAttributeFields.length), used = this.#used;
     // In the order of kAttributeFields.
-    a[at] = group, a[at + 1] = coding, a[at + 2] = components, a[at + 3] = coding === kCodingRaw ? components : value_components, a[at + 4] = type_bytes;
-    a[at + 5] = shape.positions[i], a[at + 6] = used, used += kHeadWords;
-    a[at + 9] = values, a[at + 11] = slots, a[at + 13] = bits;
-    if (value_components > 0) {  // values that are stored as they are have no such arrays
-      a[at + 7] = used, a[at + 8] = used += values, a[at + 10] = used += values, a[at + 12] = used += 2 * slots + 2;
-      used += 1 << bits;
-    }
-    this.#used = used;
-    a[at + 14] = output.out, a[at + 15] = output.out_bytes, a[at + 16] = output.stride, a[at + 17] = output.is_grid;
-    a[at + 18] = output.grid + (output.out === kNone ? 0 : grid_offset), a[at + 19] = output.bounds;
+    a[at++] = group, a[at++] = coding, a[at++] = components, a[at++] = has_values ? value_components : components, a[at++] = type_bytes;
+    a[at++] = shape.positions[i], a[at++] = used, used += kHeadWords;
+    a[at++] = has_values ? used : 0, a[at++] = has_values ? used += values : 0, a[at++] = values, a[at++] = has_values ? used += values : 0;
+    a[at++] = slots, a[at++] = has_values ? used += 2 * slots + 2 : 0, a[at++] = bits;
+    this.#used = has_values ? used + (1 << bits) : used;
+    a[at++] = output.out, a[at++] = output.out_bytes, a[at++] = output.stride, a[at++] = output.is_grid;
+    a[at++] = output.grid + (output.out === kNone ? 0 : grid_offset), a[at++] = output.bounds;
   }
 }
