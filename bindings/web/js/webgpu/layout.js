@@ -1,13 +1,14 @@
 // The records of a batch as shaders read them, and where in the device's memory each stream has its arrays.
 import { kCodingInteger, kCodingNormal, kCodingQuantized, kCodingRaw } from './stream_head.js';
 
-export const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
+const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
   'end', 'start_faces', 'seams', 'data_count', 'body', 'groups', 'group_count', 'attributes', 'attribute_count', 'opposite', 'vertex',
   'border', 'scratch', 'scratch_count', 'numbers', 'references', 'point_at', 'cut', 'first_face', 'first_point', 'mesh_points', 'has_walk',
   'walk', 'stitch', 'stitch_end', 'first_stream', 'indices',
   'lists', 'listed', 'valences'];
-export const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
+const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
   'value_room', 'slots', 'slot_room', 'buckets', 'bucket_bits', 'out', 'out_bytes', 'stride', 'is_grid', 'grid', 'bounds'];
+const kGroupsField = kStreamFields.indexOf('groups');
 // What the device finds out of an attribute.
 const kHeadFields = ['kCount', 'kScheme', 'kTransform', 'kKind', 'kAt', 'kSize', 'kRansState', 'kPrecision', 'kSlotCount', 'kLow', 'kHigh',
   'kOrigin', 'kBits', 'kStep', 'kOrientations'];
@@ -19,7 +20,7 @@ const kMostStreamsOfAWindow = 65535;
 export const kNone = 0xffffffff, kStateWords = 4, kGridWords = 6, kBoundsWords = 6;
 
 const struct = (name, fields) => `struct ${name} {${fields.map((field) => ` ${field}: u32`).join(',')} }\n`;
-export const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
+const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
 /** The records in WGSL, and the numbers that both sides share. Schemes and transforms are Draco's. */
 export const records = struct('Stream', kStreamFields) + struct('Attribute', kAttributeFields) +
   constants(Object.fromEntries(kHeadFields.map((name, i) => [name, i]))) +
@@ -198,7 +199,7 @@ export class Layout {
     s[at++] = used;
     if (data_count > 0) used += data_count * cut_words(face_count, point_count);
     this.#used = used;
-    s[begin + 13] = this.#add_groups(head, scratch);
+    s[begin + kGroupsField] = this.#add_groups(head, scratch);
     s[at++] = first_faces[stream], s[at++] = first_points[stream], s[at++] = place.mesh_points, s[at++] = place.has_walk, s[at++] = this.walk_words;
     s[at++] = stitch_at[stream] + bytes_at, s[at++] = stitch_at[stream + 1] + bytes_at, s[at++] = place.first_stream, s[at++] = place.indices;
     s[at++] = lists_at, s[at++] = this.take(lists.length > 0 ? head.symbol_count : 0), s[at++] = this.take(lists.length > 0 ? vertex_limit + 3 : 0);
