@@ -230,6 +230,13 @@ test('CPU and GPU side by side', { skip, timeout: kMostMsOfSides }, () => with_v
   const [heads_of_meshes, [, triangles, ...others], ...more] = meshes;
   assert.deepEqual([heads_of_meshes, others, more], [['Mesh', 'Triangles', 'Patches', 'CPU', 'GPU'], ['5', 'WebAssembly', 'shaders'], []]);
   assert.match(triangles, /^1,[345]\d\d$/);
+  // Both turn.
+  const data_of = () => page.evaluate(() => document.getElementById('cpu').toDataURL()), before = await data_of();
+  await page.focus('#gpu');
+  for (let i = 0; i < 3; ++i) await page.keyboard.press('ArrowLeft');
+  await page.waitForFunction(() => document.body.dataset.state === 'shown');
+  assert.notEqual(await data_of(), before);
+  assert.equal(await page.evaluate(() => document.getElementById('pictures').innerText), text);
   assert.deepEqual(errors, []);
 }));
 

@@ -72,20 +72,21 @@ function show_pictures() {
 async function load(asset) {
   job.abort();
   job = new AbortController();
-  const { signal } = job;
+  const { signal } = job, drawn = direction;
   shown = null;
   element('name').textContent = asset.name;
   for (const id of ['costs', 'meshes']) fill(id, []);
   for (const id of ['cpu', 'gpu']) element(id).getContext('2d').reset();
   set_state('loading');
-  for (const side of sides.splice(0)) side.dispose();
+  for (const side of sides) side.dispose();
+  sides = [];
   const made = [], results = [];
   try {
     for (const is_on_gpu of has_webgpu ? [false, true] : [false]) {
       element('pictures').textContent = `Loading by ${is_on_gpu ? 'WebGPU' : 'WebAssembly'} …`;
       const side = await Side.make(element(is_on_gpu ? 'gpu' : 'cpu'), { is_on_gpu, has_webgpu }), loads = [];
       made.push(side);
-      for (let i = 0; i < 2; ++i) loads.push(await side.load(asset, { workers, direction, signal }));
+      for (let i = 0; i < 2; ++i) loads.push(await side.load(asset, { workers, direction: drawn, signal }));
       results.push({ loads, memory: await side.memory() });
       signal.throwIfAborted();
     }
@@ -102,6 +103,7 @@ async function load(asset) {
   show_meshes();
   show_pictures();
   set_state('shown');
+  if (direction !== drawn) turn(0, 0);
 }
 
 const fail = (error) => set_state('failed', error.message ?? String(error));
@@ -113,18 +115,35 @@ element('files').addEventListener('change', ({ target }) => target.files.length 
 element('again').addEventListener('click', () => load(shown));
 on_drop(element('drop'), open_files);
 
+// Both sides are drawn from one direction, at last from the latest.
 let is_drawing = false;
-async function turn({ buttons, movementX, movementY }) {
-  if (buttons === 0 || sides.length === 0) return;
-  const kMostPitch = 1.5;
-  direction = [direction[0] - movementX / 150, Math.max(-kMostPitch, Math.min(kMostPitch, direction[1] + movementY / 150))];
-  if (is_drawing) return;
+async function turn(x, y) {
+  const kMostPitch = 1.5, now = sides;
+  direction = [direction[0] - x / 150, Math.max(-kMostPitch, Math.min(kMostPitch, direction[1] + y / 150))];
+  if (is_drawing || sides.length === 0) return;
   is_drawing = true;
-  for (const side of sides) await side.draw(direction);
-  is_drawing = false;
-  show_pictures();
+  document.body.dataset.state = 'turning';
+  try {
+    for (let drawn = null; drawn !== direction && sides === now;) {
+      drawn = direction;
+      for (const side of now) await side.draw(drawn);
+    }
+    if (sides === now) show_pictures(), set_state('shown');
+  } catch (error) {
+    if (sides === now) fail(error);  // or another model is loaded
+  } finally {
+    is_drawing = false;
+  }
 }
-for (const id of ['cpu', 'gpu']) element(id).addEventListener('pointermove', turn);
+const kTurns = { ArrowLeft: [15, 0], ArrowRight: [-15, 0], ArrowUp: [0, -15], ArrowDown: [0, 15] };
+for (const id of ['cpu', 'gpu']) {
+  element(id).addEventListener('pointermove', ({ buttons, movementX, movementY }) => buttons > 0 && turn(movementX, movementY));
+  element(id).addEventListener('keydown', (event) => {
+    if (!(event.key in kTurns)) return;
+    event.preventDefault();
+    turn(...kTurns[event.key]);
+  });
+}
 
 // An address such as #terrain opens that sample, or none.
 const name = location.hash.slice(1) || 'scene';
