@@ -121,12 +121,13 @@ export async function open_page(url) {
  * @param {object} options
  * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others
  * @param {string | false} [options.skip] the reason why the test does not run
+ * @param {number} [options.timeout] in milliseconds; by default kMostMs
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
  *   `result` is the script's promise
  */
-export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
+export function page_test(name, { errors: expected = [], skip: why = false, timeout = kMostMs, ...options }, check) {
   need_browser();
-  test(name, { skip: skip || why, timeout: kMostMs }, async () => {
+  test(name, { skip: skip || why, timeout }, async () => {
     const site = await start_site(options);
     let opened;
     try {
