@@ -51,6 +51,10 @@ export class BitString {
     if (this.#byte + (this.#bit > 0 ? 1 : 0) > this.#end) refuse('bits that end early');
   }
 
+  /** Of a string from byte 0 on. */
+  taken() {
+    return 8 * this.#byte + this.#bit;
+  }
   /** @param {number} count at most 32 */
   bits(count) {
     const ahead = this.#ahead();

@@ -1,31 +1,34 @@
 // The records of a batch as shaders read them, and where in the device's memory each stream has its arrays.
 import { kCodingInteger, kCodingNormal, kCodingQuantized, kCodingRaw } from './stream_head.js';
 
-const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
+export const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
   'end', 'start_faces', 'seams', 'data_count', 'body', 'groups', 'group_count', 'attributes', 'attribute_count', 'opposite', 'vertex',
   'border', 'scratch', 'scratch_count', 'numbers', 'references', 'point_at', 'cut', 'first_face', 'first_point', 'mesh_points', 'has_walk',
   'walk', 'stitch', 'stitch_end', 'first_stream', 'indices',
   'lists', 'listed', 'valences'];
-const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
+export const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
   'value_room', 'slots', 'slot_room', 'buckets', 'bucket_bits', 'out', 'out_bytes', 'stride', 'is_grid', 'grid', 'bounds'];
 // What the device finds out of an attribute.
 const kHeadFields = ['kCount', 'kScheme', 'kTransform', 'kKind', 'kAt', 'kSize', 'kRansState', 'kPrecision', 'kSlotCount', 'kLow', 'kHigh',
   'kOrigin', 'kBits', 'kStep', 'kOrientations'];
 // Behind them a block of bits, which has four words, and for parallelograms four counts of flags with their blocks.
 const kFlips = kHeadFields.length, kCreases = kFlips + 4, kHeadWords = kCreases + 4 * 5;
-const kGroupWords = 6, kDataWords = 2;
+export const kGroupWords = 6;
+const kDataWords = 2;
 // Groups of one dispatch.
 const kMostStreamsOfAWindow = 65535;
 export const kNone = 0xffffffff, kStateWords = 4, kGridWords = 6, kBoundsWords = 6;
 
 const struct = (name, fields) => `struct ${name} {${fields.map((field) => ` ${field}: u32`).join(',')} }\n`;
-const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
-/** The records in WGSL, and the numbers that both sides share. Schemes and transforms are Draco's. */
+export const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
+/** Draco's numbers, and kSchemeNone. */
+export const schemes = { kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeParallelograms: 4, kSchemeTexCoords: 5,
+  kSchemeGeometricNormal: 6, kTransformWrap: 1, kTransformCanonicalized: 3 };
+/** The records in WGSL, and the numbers that both sides share. */
 export const records = struct('Stream', kStreamFields) + struct('Attribute', kAttributeFields) +
   constants(Object.fromEntries(kHeadFields.map((name, i) => [name, i]))) +
   constants({ kFlips, kCreases, kHeadWords, kGroupWords, kCodingRaw, kCodingInteger, kCodingQuantized, kCodingNormal,
-    kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeParallelograms: 4, kSchemeTexCoords: 5, kSchemeGeometricNormal: 6,
-    kTransformWrap: 1, kTransformCanonicalized: 3, kKindPlain: 0, kKindRaw: 1, kKindTagged: 2 });
+    ...schemes, kKindPlain: 0, kKindRaw: 1, kKindTagged: 2 });
 
 /** Words of 32 bits. There is room for as many as will be appended: a test compares both numbers. */
 class Words {
@@ -65,7 +68,7 @@ const listed_words = ({ lists, symbol_count }) => (lists.length > 0 ? symbol_cou
 const valence_words = ({ lists, vertex_limit }) => (lists.length > 0 ? vertex_limit + 3 : 0);
 // Of an attribute: the components of a value, the words of its values (which its symbols use first), the slots of the symbol table, and
 // the bits of a bucket of that table.
-const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
+export const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
 const value_room = (attribute, { point_count }) => point_count * value_components(attribute);
 const slot_room = (values, { stream_bytes }) => Math.min(values, stream_bytes);
 const bucket_bits = (values) => (values < 1024 ? 8 : 10);
@@ -124,7 +127,8 @@ export class Layout {
   take_states(words) {
     return (this.state_words += words) - words;
   }
-  #take(words) {
+  /** Takes words of memory of the stream that is added, and returns their place. */
+  take(words) {
     return (this.#used += words) - words;
   }
 
@@ -147,7 +151,7 @@ export class Layout {
     for (let g = 0, at = begin; g < groups.length; ++g, at += kGroupWords) {
       const { data, per_corner, by_degree, first, count } = groups[g], of = g === 0 ? 0 : walker(groups, g), has_walk = of === g;
       words[at] = per_corner ? data + 1 : 0, words[at + 1] = first, words[at + 2] = count;
-      words[at + 3] = has_walk ? this.#take(2 * head.point_count + 1) : words[begin + kGroupWords * of + 3];
+      words[at + 3] = has_walk ? this.take(2 * head.point_count + 1) : words[begin + kGroupWords * of + 3];
       words[at + 4] = has_walk ? walk : kNone, words[at + 5] = by_degree ? 1 : 0;
       if (has_walk) walk += walk_words(groups[g], head);
     }
@@ -191,29 +195,29 @@ export class Layout {
     const of_groups = at;
     at += 2;
     s[at++] = this.attributes.length / kAttributeFields.length, s[at++] = attributes.length;
-    s[at++] = this.#take(4 * face_count), s[at++] = this.#take(4 * face_count), s[at++] = this.#take(2 * (vertex_limit + 3));
-    const scratch = (s[at++] = this.#take(scratch_count));
-    s[at++] = scratch_count, s[at++] = this.#take(point_count), s[at++] = this.#take(2 * reference_count + 1);
-    s[at++] = this.#take(point_words(head)), s[at++] = this.#take(cut_words(head));
+    s[at++] = this.take(4 * face_count), s[at++] = this.take(4 * face_count), s[at++] = this.take(2 * (vertex_limit + 3));
+    const scratch = (s[at++] = this.take(scratch_count));
+    s[at++] = scratch_count, s[at++] = this.take(point_count), s[at++] = this.take(2 * reference_count + 1);
+    s[at++] = this.take(point_words(head)), s[at++] = this.take(cut_words(head));
     s[of_groups] = this.#add_groups(head, scratch), s[of_groups + 1] = groups.length;
     s[at++] = first_faces[stream], s[at++] = first_points[stream], s[at++] = place.mesh_points, s[at++] = place.has_walk, s[at++] = this.walk_words;
     s[at++] = stitch_at[stream] + bytes_at, s[at++] = stitch_at[stream + 1] + bytes_at, s[at++] = place.first_stream, s[at++] = place.indices;
-    s[at++] = lists_at, s[at++] = this.#take(listed_words(head)), s[at++] = this.#take(valence_words(head));
+    s[at++] = lists_at, s[at++] = this.take(listed_words(head)), s[at++] = this.take(valence_words(head));
     this.walk_words += point_count;
     let position = 0;  // one more than the number of the positions before an attribute
     for (let i = 0; i < attributes.length; ++i) {
-      this.#add_attribute(attributes[i], head, position, outputs[i], kGridWords * stream);
+      this.add_attribute(attributes[i], head, position, outputs[i], kGridWords * stream);
       if (position === 0 && attributes[i].semantic === 0) position = i + 1;
     }
   }
-  #add_attribute(attribute, head, position, { out, out_bytes, stride, is_grid, grid, bounds }, grid_offset) {
+  add_attribute(attribute, head, position, { out, out_bytes, stride, is_grid, grid, bounds }, grid_offset) {
     const { group, coding, components, type_bytes } = attribute, is_raw = coding === kCodingRaw, values = is_raw ? 0 : value_room(attribute, head);
     const slots = slot_room(values, head), bits = bucket_bits(values), a = this.attributes.words;
     let at = this.attributes.more(kAttributeFields.length);
     // In the order of kAttributeFields.
     a[at++] = group, a[at++] = coding, a[at++] = components, a[at++] = value_components(attribute), a[at++] = type_bytes, a[at++] = position;
-    a[at++] = this.#take(kHeadWords), a[at++] = is_raw ? 0 : this.#take(values), a[at++] = is_raw ? 0 : this.#take(values), a[at++] = values;
-    a[at++] = is_raw ? 0 : this.#take(2 * slots + 2), a[at++] = slots, a[at++] = is_raw ? 0 : this.#take(1 << bits), a[at++] = bits;
+    a[at++] = this.take(kHeadWords), a[at++] = is_raw ? 0 : this.take(values), a[at++] = is_raw ? 0 : this.take(values), a[at++] = values;
+    a[at++] = is_raw ? 0 : this.take(2 * slots + 2), a[at++] = slots, a[at++] = is_raw ? 0 : this.take(1 << bits), a[at++] = bits;
     a[at++] = out, a[at++] = out_bytes, a[at++] = stride, a[at++] = is_grid, a[at++] = grid + (out === kNone ? 0 : grid_offset), a[at++] = bounds;
   }
 }

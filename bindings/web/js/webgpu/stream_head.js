@@ -101,21 +101,23 @@ function read_symbol_lists(reader, symbol_count) {
 
 // Split events: [source, split, whether it is the right edge], in order of the stream.
 const kNone = [];
+export function split_event(symbol_count, source, back) {
+  if (source >= symbol_count || back > source) refuse('a broken split event');
+  return [symbol_count - 1 - source, symbol_count - 1 - source + back, 0];
+}
 function read_split_events(reader, count, symbol_count) {
   if (count === 0) return kNone;
   const events = [];
   for (let i = 0, source = 0; i < count; ++i) {
     source += reader.varint();
-    const back = reader.varint();
-    if (source >= symbol_count || back > source) refuse('a broken split event');
-    events.push([symbol_count - 1 - source, symbol_count - 1 - source + back, 0]);
+    events.push(split_event(symbol_count, source, reader.varint()));
   }
   for (let i = 0; i < count; ++i) events[i][2] = (reader.bytes[reader.at + (i >> 3)] >> (i & 7)) & 1;
   reader.skip((count + 7) >> 3);
   return events;
 }
 
-function read_groups(reader, data_count) {
+export function read_groups(reader, data_count) {
   const kMostGroups = 129, count = reader.u8();
   if (count > kMostGroups) refuse('too many groups of attributes');
   let has_shared = false;
@@ -131,7 +133,7 @@ function read_groups(reader, data_count) {
   return groups;
 }
 
-function read_attributes(reader, groups) {
+export function read_attributes(reader, groups) {
   const kMostAttributes = 256, kSemantics = 5, kTypes = 11, attributes = [];
   for (const [g, group] of groups.entries()) {
     group.first = attributes.length;
@@ -164,6 +166,16 @@ function read_descriptions(reader, data_count, last) {
   return { groups, attributes: read_attributes(reader, groups) };
 }
 
+const kContradiction = 'counts that contradict each other';
+/** Refuses counts that libdraco refuses, or that the bytes of a stream do not justify. */
+export function check_counts({ vertex_count, faces, data_count, symbol_count, split_symbol_count, split_count }, stream_bytes) {
+  const kMostData = 128;
+  if (vertex_count > 3 * faces || symbol_count > faces || faces > symbol_count + Math.floor(symbol_count / 3) ||
+    split_symbol_count > symbol_count || split_count > faces || data_count > kMostData ||
+    Math.floor((vertex_count * Math.max(vertex_count - 1, 0)) / 2) < Math.floor((3 * faces) / 2) ||
+    !is_justified_stream(faces + vertex_count + split_symbol_count, stream_bytes)) refuse(kContradiction);
+}
+
 const kDraco = [68, 82, 65, 67, 79, 2, 2, 1];
 
 /**
@@ -184,11 +196,9 @@ export function read_stream_head(reader, begin, end, face_count, last) {
   if (traversal !== 0 && traversal !== kValence) refuse('an unknown traversal');
   const vertex_count = reader.varint(), faces = reader.varint(), data_count = reader.u8(), symbol_count = reader.varint(),
     split_symbol_count = reader.varint(), split_count = reader.varint();
-  const vertex_limit = vertex_count + split_symbol_count, kMostData = 128;
-  if (faces !== face_count || vertex_count > 3 * faces || symbol_count > faces ||
-    faces > symbol_count + Math.floor(symbol_count / 3) || split_symbol_count > symbol_count || split_count > faces ||
-    Math.floor((vertex_count * Math.max(vertex_count - 1, 0)) / 2) < Math.floor((3 * faces) / 2) || data_count > kMostData ||
-    !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
+  const vertex_limit = vertex_count + split_symbol_count;
+  if (faces !== face_count) refuse(kContradiction);
+  check_counts({ vertex_count, faces, data_count, symbol_count, split_symbol_count, split_count }, end - begin);
   const events = read_split_events(reader, split_count, symbol_count), symbol_bytes = traversal === kValence ? 0 : reader.varint64(), symbols = reader.at;
   reader.skip(symbol_bytes);
   const start_faces = read_bits(reader), seams = data_count > 0 ? Array.from({ length: data_count }, () => read_bits(reader)) : kNone;
