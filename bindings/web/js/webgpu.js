@@ -1,11 +1,12 @@
 // Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. The WebAssembly decoder takes broken
 // containers, and those that the shaders do not support; docs/webgpu.md lists them.
 import { PsplitError } from './error.js';
+import { is_condensed } from './head.js';
 import { bytes_of, check_signal, invalid, make_job, or_abort } from './job.js';
 import { array_of } from './types.js';
 import { Batch, batches_of, fits, have_one_grid, in_words } from './webgpu/batch.js';
 import { ContainerPlan, draco } from './webgpu/container_plan.js';
-import { Refusal } from './webgpu/refusal.js';
+import { refuse, Refusal } from './webgpu/refusal.js';
 
 export { PsplitError } from './error.js';
 
@@ -78,6 +79,7 @@ class GpuDecoder {
   #options;
   #lost = null;  // the error then
   #decoder;      // what a batch needs
+  #condensed;    // the same for condensed streams, when there are some
 
   constructor(device, options, parts) {
     this.#device = device;
@@ -139,12 +141,22 @@ class GpuDecoder {
     return { bytes: new Uint8Array(bytes, front, byteLength), buffer, offset };
   }
 
+  // What condensed streams need is loaded and compiled for the first of them.
+  async #condensed_decoder() {
+    this.#condensed ??= import('./webgpu/condensed.js').then(({ condensed }) => make_pipelines(this.#device, kStreamsPerGroup, condensed));
+    try {
+      return { ...this.#decoder, ...await this.#condensed };
+    } catch (error) {
+      return refuse(`condensed patches: ${error.message}`);
+    }
+  }
+
   async #decode_on_device(jobs, as, meshes, signal) {
     if (this.#lost !== null) return this.#give_up(this.#lost, jobs);
     const { most_bytes, most_memory } = this.#decoder, plans = new Map();  // by kind
     for (const job of jobs) {
       try {
-        const { kind } = (job.decoder = this.#decoder);
+        const { kind } = (job.decoder = is_condensed(job.bytes) ? await this.#condensed_decoder() : this.#decoder);
         job.plan = new ContainerPlan(job.bytes, job.attributes, as, most_memory / 4, kind);
         if (!fits(job.plan, most_bytes)) throw new Refusal('more bytes than a buffer of the device has');
         if (!plans.has(kind)) plans.set(kind, []);
@@ -155,6 +167,7 @@ class GpuDecoder {
         job.why = error.message;
       }
     }
+    if (this.#lost !== null) return this.#give_up(this.#lost, jobs);  // meanwhile
     for (const batch of [...plans.values()].flatMap((of_kind) => batches_of(of_kind, most_bytes))) {
       if (signal?.aborted) return;
       const of_batch = jobs.filter(({ plan }) => batch.includes(plan));
