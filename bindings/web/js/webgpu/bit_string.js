@@ -37,6 +37,10 @@ export class BitString {
     this.#byte += bit >> 3;
     this.#bit = bit & 7;
   }
+  /** Of a string from byte 0 on. */
+  taken() {
+    return 8 * this.#byte + this.#bit;
+  }
   flag() {
     if (this.#byte === this.#end) refuse('bits that end early');
     const bit = (this.#view.getUint8(this.#byte) >> this.#bit) & 1;

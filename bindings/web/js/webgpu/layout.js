@@ -1,12 +1,12 @@
 // The records of a batch as shaders read them, and where in the device's memory each stream has its arrays.
 import { kCodingInteger, kCodingNormal, kCodingQuantized, kCodingRaw } from './stream_head.js';
 
-const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
+export const kStreamFields = ['face_count', 'point_count', 'reference_count', 'symbol_count', 'vertex_limit', 'events', 'event_count', 'symbols',
   'end', 'start_faces', 'seams', 'data_count', 'body', 'groups', 'group_count', 'attributes', 'attribute_count', 'opposite', 'vertex',
   'border', 'scratch', 'scratch_count', 'numbers', 'references', 'point_at', 'cut', 'first_face', 'first_point', 'mesh_points', 'has_walk',
   'walk', 'stitch', 'stitch_end', 'first_stream', 'indices',
   'lists', 'listed', 'valences'];
-const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
+export const kAttributeFields = ['group', 'coding', 'components', 'value_components', 'type_bytes', 'position', 'head', 'corrections', 'values',
   'value_room', 'slots', 'slot_room', 'buckets', 'bucket_bits', 'out', 'out_bytes', 'stride', 'is_grid', 'grid', 'bounds'];
 const kGroupsField = kStreamFields.indexOf('groups');
 // What the device finds out of an attribute.
@@ -14,19 +14,22 @@ const kHeadFields = ['kCount', 'kScheme', 'kTransform', 'kKind', 'kAt', 'kSize',
   'kOrigin', 'kBits', 'kStep', 'kOrientations'];
 // Behind them a block of bits, which has four words, and for parallelograms four counts of flags with their blocks.
 const kFlips = kHeadFields.length, kCreases = kFlips + 4, kHeadWords = kCreases + 4 * 5;
-const kGroupWords = 6, kDataWords = 2;
+export const kGroupWords = 6;
+const kDataWords = 2;
 // Groups of one dispatch.
 const kMostStreamsOfAWindow = 65535;
 export const kNone = 0xffffffff, kStateWords = 4, kGridWords = 6, kBoundsWords = 6;
 
 const struct = (name, fields) => `struct ${name} {${fields.map((field) => ` ${field}: u32`).join(',')} }\n`;
-const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
-/** The records in WGSL, and the numbers that both sides share. Schemes and transforms are Draco's. */
+export const constants = (numbers) => Object.entries(numbers).map(([name, value]) => `const ${name} = ${value}u;\n`).join('');
+/** Draco's numbers, and kSchemeNone. */
+export const schemes = { kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeParallelograms: 4, kSchemeTexCoords: 5,
+  kSchemeGeometricNormal: 6, kTransformWrap: 1, kTransformCanonicalized: 3 };
+/** The records in WGSL, and the numbers that both sides share. */
 export const records = struct('Stream', kStreamFields) + struct('Attribute', kAttributeFields) +
   constants(Object.fromEntries(kHeadFields.map((name, i) => [name, i]))) +
   constants({ kFlips, kCreases, kHeadWords, kGroupWords, kCodingRaw, kCodingInteger, kCodingQuantized, kCodingNormal,
-    kStoredNone: 254, kSchemeNone: 255, kSchemeDifference: 0, kSchemeParallelogram: 1, kSchemeParallelograms: 4, kSchemeTexCoords: 5, kSchemeGeometricNormal: 6,
-    kTransformWrap: 1, kTransformCanonicalized: 3, kKindPlain: 0, kKindRaw: 1, kKindTagged: 2 });
+    ...schemes, kKindPlain: 0, kKindRaw: 1, kKindTagged: 2 });
 
 /** Words of 32 bits. There is room for as many as will be appended: a test compares both numbers. */
 class Words {

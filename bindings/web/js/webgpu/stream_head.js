@@ -109,20 +109,22 @@ function read_symbol_lists(reader, symbol_count) {
 
 // Split events: [source, split, whether it is the right edge], in order of the stream.
 const kNone = [];
+export function split_event(symbol_count, source, back) {
+  if (source >= symbol_count || back > source) refuse('a broken split event');
+  return [symbol_count - 1 - source, symbol_count - 1 - source + back, 0];
+}
 function read_split_events(reader, count, symbol_count) {
   const events = [];
   for (let i = 0, source = 0; i < count; ++i) {
     source += reader.varint();
-    const back = reader.varint();
-    if (source >= symbol_count || back > source) refuse('a broken split event');
-    events.push([symbol_count - 1 - source, symbol_count - 1 - source + back, 0]);
+    events.push(split_event(symbol_count, source, reader.varint()));
   }
   for (let i = 0; i < count; ++i) events[i][2] = (reader.bytes[reader.at + (i >> 3)] >> (i & 7)) & 1;
   reader.skip((count + 7) >> 3);
   return events;
 }
 
-function read_groups(reader, data_count) {
+export function read_groups(reader, data_count) {
   const kMostGroups = 129, count = reader.u8();
   if (count > kMostGroups) refuse('too many groups of attributes');
   let has_shared = false;
@@ -138,7 +140,7 @@ function read_groups(reader, data_count) {
   return groups;
 }
 
-function read_attributes(reader, groups) {
+export function read_attributes(reader, groups) {
   const kMostAttributes = 256, kSemantics = 5, kTypes = 11, attributes = [];
   for (const [g, group] of groups.entries()) {
     group.first = attributes.length;
@@ -162,6 +164,9 @@ function read_attributes(reader, groups) {
 // The group whose walk a group has: groups that have the mesh's table share one for each kind of walk.
 const walker = (groups, g) => (groups[g].per_corner ? g : groups.findIndex(({ per_corner, by_degree }) => !per_corner && by_degree === groups[g].by_degree));
 
+/** The components of an attribute's values, as they are decoded. */
+export const value_components = ({ coding, components }) => (coding === kCodingNormal ? 2 : components);
+
 /** What the layout needs of groups and attributes. It is made once for all streams that have them. */
 export class Shape {
   walks = 0;         // of faces, also below
@@ -177,7 +182,7 @@ export class Shape {
       if (by_degree) ++this.degree_walks;
       else ++this.walks;
     });
-    this.value_components = attributes.map(({ coding, components }) => (coding === kCodingRaw ? 0 : coding === kCodingNormal ? 2 : components));
+    this.value_components = attributes.map((attribute) => (attribute.coding === kCodingRaw ? 0 : value_components(attribute)));
     const first = attributes.findIndex(({ semantic }) => semantic === 0);
     this.positions = attributes.map((_, i) => (first >= 0 && i > first ? first + 1 : 0));
   }
@@ -204,6 +209,15 @@ function read_descriptions(reader, data_count, last) {
   return { groups, attributes, shape: new Shape(groups, attributes) };
 }
 
+/** Refuses counts that libdraco refuses, or that the bytes of a stream do not justify. */
+export function check_counts(vertex_count, faces, data_count, symbol_count, split_symbol_count, split_count, stream_bytes) {
+  const kMostData = 127;
+  if (vertex_count > 3 * faces || symbol_count > faces || faces > symbol_count + Math.floor(symbol_count / 3) || split_symbol_count > symbol_count ||
+    split_count > faces || vertex_count * (vertex_count - 1) < 2 * Math.floor((3 * faces) / 2) || data_count > kMostData ||
+    !is_justified_stream(faces + vertex_count + split_symbol_count, stream_bytes)) refuse(kContradiction);
+}
+
+const kContradiction = 'counts that contradict each other';
 // "DRACO", and the version. Then come the kind, a mesh, and the method, Edgebreaker.
 const kDraco = [0x44524143, 0x4f020201], kFrontBytes = 12;
 const kCounts = 6, counts = new Uint32Array(kCounts);  // vertices, faces, data, symbols, split symbols, split events
@@ -215,7 +229,7 @@ const kCounts = 6, counts = new Uint32Array(kCounts);  // vertices, faces, data,
  * @param {object} [last] the head of the stream before it
  */
 export function read_stream_head(reader, begin, end, face_count, last) {
-  const { bytes, view } = reader, kEdgebreaker = 1, kValence = 2, kMostData = 127;
+  const { bytes, view } = reader, kEdgebreaker = 1, kValence = 2;
   if (end - begin < kFrontBytes || view.getInt32(begin) !== kDraco[0] || view.getInt32(begin + 4) !== kDraco[1]) refuse('not a Draco mesh of version 2.2');
   if (bytes[begin + 8] !== kEdgebreaker) refuse('a sequential stream');
   if (bytes[begin + 10] > 127) refuse('metadata');
@@ -232,10 +246,8 @@ export function read_stream_head(reader, begin, end, face_count, last) {
   if (reader.at > end) refuse('a stream that ends early');
   const vertex_count = counts[0], faces = counts[1], data_count = counts[2], symbol_count = counts[3], split_symbol_count = counts[4], split_count = counts[5];
   const vertex_limit = vertex_count + split_symbol_count;
-  if (faces !== face_count || vertex_count > 3 * faces || symbol_count > faces ||
-    faces > symbol_count + Math.floor(symbol_count / 3) || split_symbol_count > symbol_count || split_count > faces ||
-    vertex_count * (vertex_count - 1) < 2 * Math.floor((3 * faces) / 2) || data_count > kMostData ||
-    !is_justified_stream(faces + vertex_limit, end - begin)) refuse('counts that contradict each other');
+  if (faces !== face_count) refuse(kContradiction);
+  check_counts(vertex_count, faces, data_count, symbol_count, split_symbol_count, split_count, end - begin);
   const events = split_count > 0 ? read_split_events(reader, split_count, symbol_count) : kNone, symbol_bytes = traversal === kValence ? 0 : reader.varint64(), symbols = reader.at;
   reader.skip(symbol_bytes);
   const start_faces = read_bits(reader), seams = data_count > 0 ? Array.from({ length: data_count }, () => read_bits(reader)) : kNone;
