@@ -32,10 +32,11 @@ let browser = null;
 // Returns the Chromium of this process, which all tests share. The processor computes its WebGL and its WebGPU.
 export async function open_browser() {
   const puppeteer = createRequire(path.join(modules_folder, 'package.json'))('puppeteer-core');
-  // Chromium's sandbox does not work for root.
+  // Chromium's sandbox does not work for root. Without Vulkan on SwiftShader, its GPU process ends at the first canvas of WebGPU.
   browser ??= puppeteer.launch({ executablePath: chromium, pipe: true, timeout: kMostMsToStart, protocolTimeout: kMostMsToStart, args: [
     ...(process.getuid?.() === 0 ? ['--no-sandbox'] : []), '--disable-dev-shm-usage', '--use-angle=swiftshader',
-    '--enable-unsafe-swiftshader', '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--js-flags=--expose-gc'] });
+    '--enable-unsafe-swiftshader', '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--enable-features=Vulkan',
+    '--use-vulkan=swiftshader', '--js-flags=--expose-gc'] });
   return browser;
 }
 // For programs that are not tests.
@@ -120,12 +121,13 @@ export async function open_page(url) {
  * @param {object} options
  * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others
  * @param {string | false} [options.skip] the reason why the test does not run
+ * @param {number} [options.timeout] in milliseconds; by default kMostMs
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
  *   `result` is the script's promise
  */
-export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
+export function page_test(name, { errors: expected = [], skip: why = false, timeout = kMostMs, ...options }, check) {
   need_browser();
-  test(name, { skip: skip || why, timeout: kMostMs }, async () => {
+  test(name, { skip: skip || why, timeout }, async () => {
     const site = await start_site(options);
     let opened;
     try {

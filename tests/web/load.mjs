@@ -25,8 +25,8 @@ export const psplit = await import(pathToFileURL(path.join(package_folder, 'inde
 export const stock = createRequire(path.join(modules_folder, 'package.json'))('draco3d');
 
 // The sample of several files.
-const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
-export const fallback_files = ['fallback.gltf', ...JSON.parse(readFileSync(path.join(samples, 'fallback.gltf'))).buffers.map(({ uri }) => uri)];
+export const samples_folder = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+export const fallback_files = ['fallback.gltf', ...JSON.parse(readFileSync(path.join(samples_folder, 'fallback.gltf'))).buffers.map(({ uri }) => uri)];
 
 const corpus = process.env.PSPLIT_CORPUS ?? path.join(root, '../shared/corpus');
 export const corpus_folder = existsSync(corpus) ? corpus : null;

@@ -1,11 +1,12 @@
-// The viewer in Chromium, under its own policy: it shows samples and dropped files, with their numbers.
+// The viewer in Chromium, under its own policy: it shows samples and dropped files, with their numbers. Its page with two sides shows the
+// same file by WebAssembly and by WebGPU, whose pictures are equal.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
 import { kMostMs, need_browser, open_page, skip as no_chromium } from './browser.mjs';
-import { fallback_files, gltf_psplit, root } from './load.mjs';
+import { fallback_files, gltf_psplit, root, with_asset } from './load.mjs';
 import { encode, encode_cloud, grid } from './stock_draco.mjs';
 
 const viewer = path.join(root, 'bindings/web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
@@ -25,11 +26,13 @@ after(() => {
   server.closeAllConnections();
 });
 
-async function with_viewer(hash, use) {
+// Opens a page of the viewer; prepare(page) is called before.
+async function with_viewer(address, use, prepare = () => {}) {
   const opened = await open_page('about:blank'), { page } = opened;
   try {
     await page.setViewport({ width: 1280, height: 800 });
-    await page.goto(`http://127.0.0.1:${server.address().port}/${hash}`, { waitUntil: 'domcontentloaded', timeout: kMostMs });
+    await prepare(page);
+    await page.goto(`http://127.0.0.1:${server.address().port}/${address}`, { waitUntil: 'domcontentloaded', timeout: kMostMs });
     await use({ ...opened, state: state_of(page) });
   } finally {
     await opened.close();
@@ -191,3 +194,61 @@ test('files that cannot be shown', { skip, timeout: 120000 }, () => with_viewer(
     assert.ok((await picture(page, 'broken')).covered < 0.01);  // the message has a colour
   }
 }));
+
+// The page with two sides.
+const kMostMsOfSides = 150000, glb = skip ? null : with_asset(1500, ['--patch-faces', '300'], (file) => readFileSync(file));
+
+// What the page says of a dropped file: its notices, and its tables as rows of texts; and the colours of each picture.
+async function shown(page, name, bytes) {
+  await page.waitForFunction(() => document.body.dataset.state === 'shown');
+  await drop_bytes(page, { [name]: bytes });
+  await page.waitForFunction(() => ['shown', 'failed'].includes(document.body.dataset.state), { timeout: kMostMsOfSides, polling: 100 });
+  await page.screenshot({ path: path.join(pictures, `side-by-side-${name}.png`), fullPage: true });
+  return page.evaluate(() => {
+    const text = (id) => document.getElementById(id).innerText, rows = (id) => [...document.getElementById(id).rows].map(({ cells }) => [...cells].map(({ innerText }) => innerText));
+    const canvases = [...document.querySelectorAll('canvas')].filter((canvas) => canvas.checkVisibility());
+    return { state: document.body.dataset.state, problem: text('problem'), webgpu: text('webgpu'), pictures: text('pictures'), costs: rows('costs'), meshes: rows('meshes'),
+      colours: canvases.map((canvas) => new Set(new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size) };
+  });
+}
+const kNumber = /^[\d,.]+ (ms|kB|MB)/;
+
+test('CPU and GPU side by side', { skip, timeout: kMostMsOfSides }, () => with_viewer('side_by_side.html#none', async ({ page, errors }) => {
+  const { state, problem, webgpu, pictures: text, costs, meshes, colours } = await shown(page, 'patches.glb', glb);
+  assert.deepEqual([state, problem], ['shown', '']);
+  assert.match(webgpu, /processor computes WebGPU.*say nothing about a GPU/);
+  assert.equal(text, 'Both pictures are equal, in every pixel.');
+  assert.ok(colours.length === 2 && colours.every((count) => count > 50), `${colours}`);
+  const [heads, ...rows] = costs, by_name = Object.fromEntries(rows.map(([name, ...values]) => [name.replace(/,? at most .*/, ''), values]));
+  assert.deepEqual(heads, ['', 'CPU', 'GPU']);
+  for (const name of ['First frame, first load', 'First frame, second load', 'Main thread blocked, first load', 'Main thread blocked, second load', 'Buffers on the GPU'])
+    for (const value of by_name[name]) assert.match(value, kNumber, name);
+  for (const name of ['Memory of WebAssembly', 'Arrays of the meshes in JavaScript']) {
+    assert.match(by_name[name][0], kNumber, name);
+    assert.equal(by_name[name][1], 'none', name);
+  }
+  const [heads_of_meshes, [, triangles, ...others], ...more] = meshes;
+  assert.deepEqual([heads_of_meshes, others, more], [['Mesh', 'Triangles', 'Patches', 'CPU', 'GPU'], ['5', 'WebAssembly', 'shaders'], []]);
+  assert.match(triangles, /^1,[345]\d\d$/);
+  // Both turn.
+  const data_of = () => page.evaluate(() => document.getElementById('cpu').toDataURL()), before = await data_of();
+  await page.focus('#gpu');
+  for (let i = 0; i < 3; ++i) await page.keyboard.press('ArrowLeft');
+  await page.waitForFunction(() => document.body.dataset.state === 'shown');
+  assert.notEqual(await data_of(), before);
+  assert.equal(await page.evaluate(() => document.getElementById('pictures').innerText), text);
+  assert.deepEqual(errors, []);
+}));
+
+test('the CPU alone, without WebGPU', { skip, timeout: kMostMsOfSides }, () => with_viewer('side_by_side.html#none', async ({ page, errors }) => {
+  const { state, webgpu, pictures: text, costs, meshes, colours } = await shown(page, 'no-webgpu.glb', glb);
+  assert.deepEqual([state, webgpu, text], ['shown', 'This browser has no WebGPU, so only the CPU is shown.', '']);
+  assert.ok(colours.length === 1 && colours[0] > 50, `${colours}`);
+  assert.deepEqual(costs[0], ['', 'CPU']);
+  assert.deepEqual(costs.at(-1), ['Buffers on the GPU', 'not known']);
+  assert.equal(meshes[1].at(-1), 'WebAssembly');
+  const broken = await shown(page, 'broken.glb', glb.subarray(0, 400));
+  assert.equal(broken.state, 'failed');
+  assert.match(broken.problem, /^broken\.glb: ./);
+  assert.deepEqual(errors, []);
+}, (page) => page.evaluateOnNewDocument(() => Object.defineProperty(Navigator.prototype, 'gpu', { get: () => undefined }))));

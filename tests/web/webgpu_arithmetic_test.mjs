@@ -3,11 +3,12 @@ import assert from 'node:assert/strict';
 import path from 'node:path';
 import test from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { package_folder, random_numbers } from './load.mjs';
+import { random_numbers, root } from './load.mjs';
 import { request_device, skip } from './webgpu_device.mjs';
 
-const from_package = async (name) => import(pathToFileURL(path.join(package_folder, 'webgpu', name)));
-const { floats } = await from_package('floats.wgsl.js'), { integers } = await from_package('integers.wgsl.js');
+// Not of the package, which has other names.
+const shaders_of = async (name) => import(pathToFileURL(path.join(root, 'bindings/web/js/webgpu', name)));
+const { floats } = await shaders_of('floats.wgsl.js'), { integers } = await shaders_of('integers.wgsl.js');
 
 // Computes out[i] = `expression` of a = words[2 i] and b = words[2 i + 1], each of two words.
 async function compute(code, expression, words) {

@@ -24,7 +24,7 @@ export function run_in_deno(...folder) {
 }
 
 /**
- * The shaders in SPIR-V, as Dawn makes it, written to a folder: [entry point, file] each. Throws if SPIRV-Tools find them invalid. Takes as long
+ * The shaders in SPIR-V, as Dawn makes it, written to a folder: [entry point, file] each, of Draco's streams and then of condensed ones. Throws if SPIRV-Tools find them invalid. Takes as long
  * as compiling all pipelines.
  */
 export function valid_spirv(folder) {
@@ -33,9 +33,9 @@ export function valid_spirv(folder) {
     { encoding: 'utf8', env: { ...process.env, PSPLIT_DAWN: 'enable-dawn-features=dump_shaders,disable_symbol_renaming' }, maxBuffer: 1 << 28 });
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(folder, { recursive: true });
-  return text.split('/* Dumped SPIRV disassembly */').slice(1).map((part) => {
+  return text.split('/* Dumped SPIRV disassembly */').slice(1).map((part, n) => {
     const code = part.split('\n').filter((line) => /^\s*(;|Op|%\S+ = Op)/.test(line)).join('\n');
-    const [, entry] = /OpEntryPoint GLCompute %([a-z_]+?)(?:_\d+)? /.exec(code), file = path.join(folder, entry);
+    const [, entry] = /OpEntryPoint GLCompute %([a-z_]+?)(?:_\d+)? /.exec(code), file = path.join(folder, `${n}_${entry}`);
     writeFileSync(`${file}.spvasm`, `${code}\n`);
     execFileSync('spirv-as', ['--target-env', 'vulkan1.3', `${file}.spvasm`, '-o', `${file}.spv`]);
     execFileSync('spirv-val', ['--target-env', 'vulkan1.3', `${file}.spv`]);
@@ -46,15 +46,15 @@ export function valid_spirv(folder) {
 const kRadv = `/usr/share/vulkan/icd.d/radeon_icd.${process.arch === 'arm64' ? 'aarch64' : 'x86_64'}.json`, kVulkanHeader = '/usr/include/vulkan/vulkan.h';
 export const no_radv = !(existsSync(kRadv) && existsSync(kVulkanHeader)) && "there are no compiler for AMD's GPUs and headers of Vulkan (Debian: mesa-vulkan-drivers, libvulkan-dev)";
 /**
- * What Mesa's compiler says of SPIR-V, for a GPU of a family such as navi21: { device, stages }, where a stage has `VGPRs`, `Scratch size` and so on
- * by entry point.
+ * What Mesa's compiler says of SPIR-V, for a GPU of a family such as navi21: { device, stages }, where a stage has `VGPRs`, `Scratch size` and so on,
+ * in the order of the modules.
  */
 export function compile_for_radv(modules, family, folder) {
   const program = path.join(folder, 'spirv_statistics');
   execFileSync('cc', ['-O1', '-Wall', '-Wextra', '-Werror', here('spirv_statistics.c'), '-o', program, '-lvulkan']);
   const text = execFileSync(program, modules.map(([, file]) => file), { encoding: 'utf8', env: { ...with_driver(kRadv), RADV_FORCE_FAMILY: family }, stdio: ['ignore', 'pipe', 'ignore'] });
   const [device, ...lines] = text.trim().split('\n');
-  return { device, stages: Object.fromEntries(lines.map((line, i) => [modules[i][0], Object.fromEntries(line.split('; ').map((pair) => pair.split('=')))])) };
+  return { device, stages: lines.map((line) => Object.fromEntries(line.split('; ').map((pair) => pair.split('=')))) };
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
@@ -63,13 +63,16 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
     console.error(`web-gpu: ${why}`);
     process.exit(1);
   }
-  const { stages } = await import(pathToFileURL(path.join(package_folder, 'webgpu/shaders.js')));
+  const of_package = async (name) => import(pathToFileURL(path.join(package_folder, 'webgpu', name)));
+  const { stages: draco } = await of_package('shaders.js'), { condensed } = await of_package('condensed.js'), stages = [...draco, ...condensed.stages];
   const modules = valid_spirv(folder), { device, stages: found } = compile_for_radv(modules, 'navi21', folder);
   if (modules.length !== stages.length) throw new Error(`${modules.length} modules of ${stages.length} stages`);
   console.log(`${modules.length} modules of SPIR-V are valid. ${device}:\n`);
   console.log('| stage | vector registers | subgroups in flight on a SIMD | private memory, bytes | instructions |\n|---|--:|--:|--:|--:|');
-  for (const { entry } of stages) {
-    const { VGPRs: registers, 'Subgroups per SIMD': subgroups, 'Scratch size': scratch, Instructions: instructions } = found[entry];
+  // Stages of both kinds stand once.
+  for (const { entry } of new Map(stages.map((stage) => [stage.entry, stage])).values()) {
+    const i = modules.findIndex(([of_module]) => of_module === entry);
+    const { VGPRs: registers, 'Subgroups per SIMD': subgroups, 'Scratch size': scratch, Instructions: instructions } = found[i];
     console.log(`| \`${entry}\` | ${registers} | ${subgroups} | ${scratch} | ${Number(instructions).toLocaleString('en-US')} |`);
   }
 }

@@ -1,7 +1,7 @@
 // The containers that gltf-psplit makes of the corpus, decoded on a GPU and compared with WebAssembly's results: by Dawn in Node.js, in
-// Chromium, and by wgpu in Deno. A program:  node tests/web/webgpu_corpus.mjs [--some] [--dawn | --chromium | --deno]
+// Chromium, and by wgpu in Deno. A program:  node tests/web/webgpu_corpus.mjs [--some] [--condense] [--dawn | --chromium | --deno]
 //
-// --some takes few and small ones. Without a GPU, the processor runs the shaders: VK_DRIVER_FILES names another driver.
+// --some takes few and small ones, --condense only condensed ones. Without a GPU, the processor runs the shaders: VK_DRIVER_FILES names another driver.
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -15,6 +15,7 @@ import { createGpuDecoder, request_device, skip as no_gpu } from './webgpu_devic
 const folder = path.join(root, 'build/web/gpu');
 const kKinds = { default: ['--always-patches'], 440: ['--patch-faces', '440'], 1200: ['--patch-faces', '1200'],
   slow: ['--always-patches', '--encode-speed', '3'] };
+const kCondensed = Object.fromEntries(Object.entries(kKinds).map(([kind, options]) => [`condensed ${kind}`, [...options, '--condense']]));
 // Exit codes of gltf-psplit.
 const kMalformed = 3, kUnsupported = 5;
 const kBatchBytes = 30000, kFewBytes = 8000, kEach = 8;
@@ -22,10 +23,11 @@ const kBatchBytes = 30000, kFewBytes = 8000, kEach = 8;
 /** The reason why there is nothing to compare, or false. */
 export const skip = (corpus_folder === null && 'there is no corpus') || (gltf_psplit === null && 'there is no gltf-psplit');
 
-/** The containers in batches: { name, bytes, attributes } each. */
-export function make_batches(some) {
+/** The containers in batches: { name, bytes, attributes } each. Of condensed ones, a few are those of one kind. */
+export function make_batches(some, condense = false) {
+  const { 'condensed default': condensed } = kCondensed, kinds = condense ? kCondensed : some ? { ...kKinds, condensed } : kKinds;
   const batches = [[]];
-  for (const [kind, options] of Object.entries(kKinds)) {
+  for (const [kind, options] of Object.entries(kinds)) {
     const gltf = path.join(corpus_folder, 'gltf'), out = path.join(folder, kind);
     rmSync(out, { recursive: true, force: true });
     const { status, stderr, error } = spawnSync(gltf_psplit, ['batch', '-q', '-o', out, '--base', gltf, '--images', 'reference', ...options, path.join(gltf, '**/*.glb'), path.join(gltf, '**/*.gltf')], { encoding: 'utf8', maxBuffer: 1 << 28 });
@@ -101,7 +103,7 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
     console.error(`web-gpu: ${why}`);
     process.exit(1);
   }
-  const batches = make_batches(options.includes('--some'));
+  const batches = make_batches(options.includes('--some'), options.includes('--condense'));
   console.log(`${batches.flat().length} containers`);
   let has_failed = false;
   for (const [way, run] of Object.entries({ dawn: compare_in_dawn, chromium: compare_in_chromium, deno: compare_in_deno })) {

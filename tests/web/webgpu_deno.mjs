@@ -15,12 +15,15 @@ if (!adapter) {
   say({ adapter: null });
   Deno.exit();
 }
-const { code } = await of_package('webgpu/shaders.js'), device = await adapter.requestDevice();
-device.pushErrorScope('validation');
-const module = device.createShaderModule({ code }), error = await device.popErrorScope();
-const { messages = [] } = (await module.getCompilationInfo?.()) ?? {};
-say({ adapter: adapter.info.description, messages: [...(error === null ? [] : [error.message]), ...messages.map(({ message, lineNum }) => `${lineNum}: ${message}`)] });
-if (folder !== undefined && error === null) {
+const device = await adapter.requestDevice(), found = [];
+for (const { code } of [await of_package('webgpu/shaders.js'), (await of_package('webgpu/condensed.js')).condensed]) {
+  device.pushErrorScope('validation');
+  const module = device.createShaderModule({ code }), error = await device.popErrorScope();
+  const { messages = [] } = (await module.getCompilationInfo?.()) ?? {};
+  found.push(...(error === null ? [] : [error.message]), ...messages.map(({ message, lineNum }) => `${lineNum}: ${message}`));
+}
+say({ adapter: adapter.info.description, messages: found });
+if (folder !== undefined && found.length === 0) {
   const { createGpuDecoder } = await of_package('webgpu.js'), { decodeContainer } = await of_package('index.js');
   const decoder = await createGpuDecoder(device), batches = JSON.parse(Deno.readTextFileSync(`${folder}/batches.json`)), sum = {};
   for (const batch of batches)

@@ -1,5 +1,11 @@
-// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V. For webgpu_compilers.mjs.
+// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V: those of Draco's streams, then those of condensed ones. For
+// webgpu_compilers.mjs.
+import path from 'node:path';
+import { compressed_primitives, samples_folder } from './load.mjs';
 import { createGpuDecoder, request_device } from './webgpu_device.mjs';
 
-await createGpuDecoder(await request_device());
+const decoder = await createGpuDecoder(await request_device());
+// The first condensed container has them compiled.
+const [{ bytes }] = compressed_primitives(path.join(samples_folder, 'condensed.glb'), 'PSPLIT_mesh_draco_patches');
+await decoder.decode(bytes);
 process.exit();

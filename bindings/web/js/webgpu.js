@@ -1,12 +1,12 @@
 // Decodes containers of PSPLIT_mesh_draco_patches on a GPU, by WebGPU. The WebAssembly decoder takes broken
 // containers, and those that the shaders do not support; docs/webgpu.md lists them.
 import { PsplitError } from './error.js';
+import { is_condensed } from './head.js';
 import { bytes_of, check_signal, invalid, make_job, or_abort } from './job.js';
 import { array_of } from './types.js';
 import { Batch, batches_of, fits, have_one_grid, in_words } from './webgpu/batch.js';
-import { ContainerPlan } from './webgpu/container_plan.js';
-import { Refusal } from './webgpu/refusal.js';
-import { code, stages } from './webgpu/shaders.js';
+import { ContainerPlan, draco } from './webgpu/container_plan.js';
+import { refuse, Refusal } from './webgpu/refusal.js';
 
 export { PsplitError } from './error.js';
 
@@ -18,7 +18,8 @@ const float_of = (bits) => new Float32Array(Uint32Array.of(bits).buffer)[0];
 // Decoding by WebAssembly is loaded when it is needed.
 const decode_by_wasm = async (bytes, attributes) => (await import('./index.js')).decodeContainer(bytes, { attributes });
 
-async function make_pipelines(device, streams_per_group) {
+async function make_pipelines(device, streams_per_group, kind) {
+  const { code, stages } = kind;
   const module = device.createShaderModule({ label: 'psplit', code });
   const entry = (binding, type, hasDynamicOffset = false) => ({ binding, visibility: GPUShaderStage.COMPUTE, buffer: { type, hasDynamicOffset } });
   const bind_group_layout = device.createBindGroupLayout({ entries: [...[0, 1, 2, 3].map((i) => entry(i, 'read-only-storage')),
@@ -28,7 +29,7 @@ async function make_pipelines(device, streams_per_group) {
     const constants = by.startsWith('lanes') ? {} : { kStreamsPerGroup: streams_per_group };
     return [entryPoint, await device.createComputePipelineAsync({ label: `psplit ${entryPoint}`, layout, compute: { module, entryPoint, constants } })];
   })));
-  return { bind_group_layout, pipelines };
+  return { kind, bind_group_layout, pipelines };
 }
 
 // A decoded mesh: buffers of the device, or without a device the arrays of WebAssembly.
@@ -78,6 +79,7 @@ class GpuDecoder {
   #options;
   #lost = null;  // the error then
   #decoder;      // what a batch needs
+  #condensed;    // the same for condensed streams, when there are some
 
   constructor(device, options, parts) {
     this.#device = device;
@@ -139,21 +141,34 @@ class GpuDecoder {
     return { bytes: new Uint8Array(bytes, front, byteLength), buffer, offset };
   }
 
+  // What condensed streams need is loaded and compiled for the first of them.
+  async #condensed_decoder() {
+    this.#condensed ??= import('./webgpu/condensed.js').then(({ condensed }) => make_pipelines(this.#device, kStreamsPerGroup, condensed));
+    try {
+      return { ...this.#decoder, ...await this.#condensed };
+    } catch (error) {
+      return refuse(`condensed patches: ${error.message}`);
+    }
+  }
+
   async #decode_on_device(jobs, as, meshes, signal) {
     if (this.#lost !== null) return this.#give_up(this.#lost, jobs);
-    const { most_bytes, most_memory } = this.#decoder, plans = [];
+    const { most_bytes, most_memory } = this.#decoder, plans = new Map();  // by kind
     for (const job of jobs) {
       try {
-        job.plan = new ContainerPlan(job.bytes, job.attributes, as, most_memory / 4);
+        const { kind } = (job.decoder = is_condensed(job.bytes) ? await this.#condensed_decoder() : this.#decoder);
+        job.plan = new ContainerPlan(job.bytes, job.attributes, as, most_memory / 4, kind);
         if (!fits(job.plan, most_bytes)) throw new Refusal('more bytes than a buffer of the device has');
-        plans.push(job.plan);
+        if (!plans.has(kind)) plans.set(kind, []);
+        plans.get(kind).push(job.plan);
       } catch (error) {
         if (!(error instanceof Refusal)) throw error;
         job.plan = null;
         job.why = error.message;
       }
     }
-    for (const batch of batches_of(plans, most_bytes)) {
+    if (this.#lost !== null) return this.#give_up(this.#lost, jobs);  // meanwhile
+    for (const batch of [...plans.values()].flatMap((of_kind) => batches_of(of_kind, most_bytes))) {
       if (signal?.aborted) return;
       const of_batch = jobs.filter(({ plan }) => batch.includes(plan));
       try {
@@ -170,7 +185,7 @@ class GpuDecoder {
   }
 
   async #run(of_batch, jobs, meshes) {
-    const device = this.#device, taken = new Map(), batch = new Batch(this.#decoder, of_batch.map(({ plan }) => plan));
+    const device = this.#device, taken = new Map(), batch = new Batch(of_batch[0].decoder, of_batch.map(({ plan }) => plan));
     // What memory ran out for is invalid as well.
     const scopes = ['validation', 'internal', 'out-of-memory'];
     for (const filter of scopes) device.pushErrorScope(filter);
@@ -255,7 +270,7 @@ function mesh_of(plan, [indices, ...buffers], states) {
     return attribute;
   });
   return { way: 'gpu', faceCount: plan.face_count, pointCount: plan.point_count, patchCount: plan.stream_count, hasResidue: false,
-    isCondensed: false, firstFaces: plan.directory.first_faces, attributes,
+    isCondensed: plan.kind.is_condensed, firstFaces: plan.directory.first_faces, attributes,
     indices: { buffer: indices, format: 'uint32', count: 3 * plan.face_count } };
 }
 
@@ -272,7 +287,7 @@ export async function createGpuDecoder(device, options) {
   if (maxStorageBuffersPerShaderStage < kStorageBuffers || maxComputeInvocationsPerWorkgroup < 64)
     return without(`the GPU device has ${maxStorageBuffersPerShaderStage} storage buffers for a shader, and ${maxComputeInvocationsPerWorkgroup} invocations for a group; 8 and 64 are needed`);
   try {
-    return new GpuDecoder(device, { fallback, memory }, await make_pipelines(device, kStreamsPerGroup));
+    return new GpuDecoder(device, { fallback, memory }, await make_pipelines(device, kStreamsPerGroup, draco));
   } catch (error) {
     return without(`the GPU device does not compile the shaders: ${error.message}`);
   }

@@ -30,8 +30,34 @@ export async function asset_of(files) {
   return { name: main.name, bytes: await main.arrayBuffer(), is_stream: /\.drc$/i.test(main.name), file_bytes: files.reduce((sum, { size }) => sum + size, 0), resolve };
 }
 
-/** The files of a drop, also those in folders. */
-export async function dropped_files({ items, files }) {
+/** A sample of the page. @returns {Promise<Asset>} */
+export async function sample_asset({ name, coding }, signal) {
+  const file = `${name}.${coding}.glb`, response = await fetch(`samples/${file}`, { signal });
+  if (!response.ok) throw new Error(`The sample ${file} is not there: HTTP status ${response.status}.`);
+  const bytes = await response.arrayBuffer();
+  return { name: file, bytes, file_bytes: bytes.byteLength, resolve: (url) => url };
+}
+
+/** Calls open(files) when files are dropped on the page. `hint` is shown while they are above it. */
+export function on_drop(hint, open) {
+  let drags = 0;
+  addEventListener('dragenter', (event) => {
+    event.preventDefault();
+    ++drags;
+    hint.hidden = false;
+  });
+  addEventListener('dragleave', () => (hint.hidden = --drags <= 0));
+  addEventListener('dragover', (event) => event.preventDefault());
+  addEventListener('drop', (event) => {
+    event.preventDefault();
+    drags = 0;
+    hint.hidden = true;
+    dropped_files(event.dataTransfer).then(open);
+  });
+}
+
+// The files of a drop, also those in folders.
+async function dropped_files({ items, files }) {
   // Entries are lost after the first wait.
   const entries = [...items].map((item) => item.webkitGetAsEntry?.()).filter((entry) => entry != null);
   if (entries.length === 0) return [...files];

@@ -7,8 +7,30 @@ import { RoomEnvironment } from './three/environments/RoomEnvironment.js';
 const kColours = ['#4f7df3', '#f2a33c', '#37b58b', '#e2604f', '#9a6be0', '#3fb3d6', '#d9bf3f', '#e07bb0', '#7fb24a', '#5566c0',
   '#c98a5e', '#58c4a8'];
 
-// glTF's default material is a white metal, which hardly shows a shape.
-const is_default = ({ name, metalness, map, color }) => name === '' && metalness === 1 && !map && color.getHex() === 0xffffff;
+export function meshes_of(model) {
+  const meshes = [];
+  model?.traverse((object) => object.isMesh && meshes.push(object));
+  return meshes;
+}
+
+/** Replaces glTF's default material, a white metal, which hardly shows a shape. */
+export function show_shapes(model) {
+  const is_default = ({ name, metalness, map, color }) => name === '' && metalness === 1 && !map && color.getHex() === 0xffffff;
+  for (const { material } of meshes_of(model)) if (is_default(material)) material.setValues({ color: '#aeb7c6', metalness: 0, roughness: 0.6 });
+}
+
+/** Places a camera so that it sees a model from a direction. Returns the center of the model, or null if it is empty. */
+export function frame(camera, model, direction) {
+  const box = new Box3().setFromObject(model);
+  if (box.isEmpty()) return null;
+  const center = box.getCenter(new Vector3()), radius = box.getSize(new Vector3()).length() / 2 || 1;
+  const narrow = Math.min(1, camera.aspect), distance = (0.85 * radius) / Math.sin((camera.fov * Math.PI) / 360) / narrow;
+  camera.position.copy(center).addScaledVector(direction.clone().normalize(), distance);
+  camera.near = distance / 200;
+  camera.far = distance * 20;
+  camera.updateProjectionMatrix();
+  return center;
+}
 
 export class Stage {
   #renderer;
@@ -55,18 +77,17 @@ export class Stage {
     if (this.#model !== null) this.#remove(this.#model);
     this.#model = model;
     if (model !== null) {
-      for (const { material } of this.meshes)
-        if (is_default(material)) material.setValues({ color: '#aeb7c6', metalness: 0, roughness: 0.6 });
+      show_shapes(model);
       this.#scene.add(model);
-      this.#frame(model);
+      const center = frame(this.#camera, model, new Vector3(0.55, 0.5, 1));
+      if (center !== null) this.#controls.target.copy(center);
+      this.#controls.update();
     }
     this.draw();
   }
 
   get meshes() {
-    const meshes = [];
-    this.#model?.traverse((object) => object.isMesh && meshes.push(object));
-    return meshes;
+    return meshes_of(this.#model);
   }
 
   /** Colours ranges of faces of a mesh: [number of the patch, first face, end]. */
@@ -105,19 +126,6 @@ export class Stage {
     model.traverse((object) => object.geometry?.dispose());
     for (const { own, coloured } of this.#materials.values()) for (const material of [own, ...coloured].flat()) material.dispose();
     this.#materials.clear();
-  }
-
-  #frame(model) {
-    const box = new Box3().setFromObject(model);
-    if (box.isEmpty()) return;
-    const center = box.getCenter(new Vector3()), radius = box.getSize(new Vector3()).length() / 2 || 1;
-    const narrow = Math.min(1, this.#camera.aspect), distance = (0.85 * radius) / Math.sin((this.#camera.fov * Math.PI) / 360) / narrow;
-    this.#camera.position.copy(center).addScaledVector(new Vector3(0.55, 0.5, 1).normalize(), distance);
-    this.#camera.near = distance / 200;
-    this.#camera.far = distance * 20;
-    this.#camera.updateProjectionMatrix();
-    this.#controls.target.copy(center);
-    this.#controls.update();
   }
 
   #key({ key }) {

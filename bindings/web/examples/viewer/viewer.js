@@ -1,20 +1,14 @@
 // The page: what the controls do, and what it says about the model.
-import { LoadingManager } from './three/three.module.js';
-import { MeshoptDecoder } from './three/libs/meshopt_decoder.module.js';
-import { GLTFLoader } from './three/loaders/GLTFLoader.js';
 import { createPool } from './psplit/index.js';
-import { PsplitDracoLoader, PsplitPlugin } from './psplit/three.js';
 import { compare } from './comparison.js';
 import { encode_asset } from './encoding.js';
-import { asset_of, dropped_files } from './files.js';
+import { asset_of, on_drop, sample_asset } from './files.js';
+import { load_asset } from './loading.js';
 import { Stage } from './scene.js';
-import { glb_of_stream, patches_of, streams_of, streams_of_glb } from './streams.js';
+import { patches_of, streams_of, streams_of_glb } from './streams.js';
+import { duration, number, plural, size } from './text.js';
 
 const element = (id) => document.getElementById(id);
-const number = (value, digits = 0) => value.toLocaleString('en', { maximumFractionDigits: digits, minimumFractionDigits: digits });
-const size = (bytes) => (bytes < 1e6 ? `${number(bytes / 1e3, bytes < 1e4 ? 1 : 0)} kB` : `${number(bytes / 1e6, 2)} MB`);
-const duration = (ms) => `${number(ms, ms < 10 ? 1 : 0)} ms`;
-const plural = (count, one, many = `${one}s`) => `${number(count)} ${count === 1 ? one : many}`;
 
 const stage = new Stage(element('canvas'));
 let job = new AbortController();  // of the model that is loaded or measured
@@ -122,16 +116,11 @@ async function decode(asset, pool, signal) {
     show_progress(done, total);
     stage.draw();
   };
-  const manager = new LoadingManager().setURLModifier(asset.resolve);
-  const loader = new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).setDRACOLoader(new PsplitDracoLoader({ manager, pool }));
-  const options = { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart, file: asset.name };
-  loader.register((parser) => new PsplitPlugin(parser, options));
   const begin = performance.now();
-  const bytes = asset.is_stream ? await glb_of_stream(asset.bytes, pool) : asset.bytes.slice(0);
-  const gltf = await loader.parseAsync(bytes, '');
+  const gltf = await load_asset(asset, { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart });
   signal.throwIfAborted();
   const first_ms = performance.now() - begin;
-  stage.show(gltf.scene ?? gltf.scenes[0]);
+  stage.show(gltf.scene);
   for (const mesh of stage.meshes) {
     const { meshes: number, primitives = 0 } = gltf.parser.associations.get(mesh) ?? {}, use = key({ mesh: number, primitive: primitives });
     meshes.set(use, [...(meshes.get(use) ?? []), mesh]);
@@ -248,13 +237,6 @@ async function show_times(signal) {
   set_state('measured');
 }
 
-async function sample_asset({ name, coding }, signal) {
-  const file = `${name}.${coding}.glb`, response = await fetch(`samples/${file}`, { signal });
-  if (!response.ok) throw new Error(`The sample ${file} is not there: HTTP status ${response.status}.`);
-  const bytes = await response.arrayBuffer();
-  return { name: file, bytes, file_bytes: bytes.byteLength, resolve: (url) => url };
-}
-
 // The controls
 
 function press(group, attribute, value) {
@@ -309,20 +291,7 @@ element('theme').addEventListener('click', () => {
   document.documentElement.dataset.theme = is_dark ? 'light' : 'dark';
 });
 
-let drags = 0;
-addEventListener('dragenter', (event) => {
-  event.preventDefault();
-  ++drags;
-  element('drop').hidden = false;
-});
-addEventListener('dragleave', () => (element('drop').hidden = --drags <= 0));
-addEventListener('dragover', (event) => event.preventDefault());
-addEventListener('drop', (event) => {
-  event.preventDefault();
-  drags = 0;
-  element('drop').hidden = true;
-  dropped_files(event.dataTransfer).then(open_files);
-});
+on_drop(element('drop'), open_files);
 
 element('workers').value = Math.max(1, Math.min(4, navigator.hardwareConcurrency ?? 4));
 element('workers').max = navigator.hardwareConcurrency ?? 16;

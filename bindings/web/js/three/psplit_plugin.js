@@ -69,7 +69,10 @@ export class PsplitPlugin {
         if (definition.extensions?.[kExtensionName] !== undefined) this.#replace_accessors(definition, { mesh, primitive });
     // Renderers know the bounds of rigid meshes, and need not read their points.
     const { gpu, choose } = this.#options, all = [...this.#containers.values()], of_gpu = all.filter(({ is_rigid }) => gpu != null && choose == null && is_rigid);
-    of_gpu.forEach((container) => this.#take_accessors(container));
+    for (const container of gpu == null ? [] : all) {
+      if (of_gpu.includes(container)) this.#take_accessors(container);
+      else container.why = choose == null ? 'a mesh that is skinned or has morph targets' : 'chosen patches';
+    }
     this.#pool.begin?.(all.length - of_gpu.length);
   }
 

@@ -1,6 +1,13 @@
 // What a stream says of its attributes (src/core/attribute_decoder.h, integer_decoder.h, prediction_data.h): where their symbols are,
 // and how corrections become values. One thread reads a stream. It decodes symbols only where nothing else says where they end: the
 // tags of tagged ones.
+export const attribute_views = /* wgsl */ `
+fn stored_bits(head: View, at: u32) -> Bits { return Bits(load(head, at), load(head, at + 1u), load(head, at + 2u), load(head, at + 3u)); }
+
+fn head_of(a: Attribute) -> View { return View(a.head, kHeadWords); }
+fn corrections_of(a: Attribute) -> View { return View(a.corrections, a.value_room); }
+fn values_of(a: Attribute) -> View { return View(a.values, a.value_room); }
+`;
 export const attributes = /* wgsl */ `
 // Reads bytes in order. Bytes past the end are 0.
 var<private> reader_at: u32;
@@ -64,12 +71,6 @@ fn read_bits(head: View, to: u32) -> bool {
   store(head, to + 3u, state);
   return state < 256u * kBase;
 }
-
-fn stored_bits(head: View, at: u32) -> Bits { return Bits(load(head, at), load(head, at + 1u), load(head, at + 2u), load(head, at + 3u)); }
-
-fn head_of(a: Attribute) -> View { return View(a.head, kHeadWords); }
-fn corrections_of(a: Attribute) -> View { return View(a.corrections, a.value_room); }
-fn values_of(a: Attribute) -> View { return View(a.values, a.value_room); }
 
 fn symbols_of(a: Attribute) -> Symbols {
   let head = head_of(a);

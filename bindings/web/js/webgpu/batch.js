@@ -1,6 +1,5 @@
 // Decodes a batch of containers on a device: buffers, dispatches, and the status that comes back at their end.
-import { kBoundsWords, kGridWords, kNone, kStateWords, Layout } from './layout.js';
-import { stages } from './shaders.js';
+import { kBoundsWords, kGridWords, kNone, kStateWords } from './layout.js';
 
 const kUniformBytes = 256;
 export const in_words = (bytes) => Math.ceil(bytes / 4) * 4;
@@ -38,12 +37,12 @@ export class Batch {
   #plans;
   #buffers = [];
 
-  /** @param {{ device: GPUDevice, pipelines: Map<string, GPUComputePipeline>, bind_group_layout: GPUBindGroupLayout, most_memory: number, streams_per_group: number }} decoder */
+  /** @param {{ device: GPUDevice, kind: object, pipelines: Map<string, GPUComputePipeline>, bind_group_layout: GPUBindGroupLayout, most_memory: number, streams_per_group: number }} decoder */
   constructor(decoder, plans) {
     this.#decoder = decoder;
     this.#device = decoder.device;
     this.#plans = plans;
-    const layout = (this.#layout = new Layout(decoder.most_memory / 4, plans));
+    const layout = (this.#layout = new decoder.kind.Layout(decoder.most_memory / 4, plans));
     let at = 0;
     for (const plan of plans) {
       plan.bytes_at = at;
@@ -92,7 +91,7 @@ export class Batch {
     const pass = encoder.beginComputePass();
     layout.windows.forEach(({ count }, i) => {
       pass.setBindGroup(0, bind_group, [kUniformBytes * i]);
-      for (const stage of stages) this.#dispatch(pass, stage, count);
+      for (const stage of this.#decoder.kind.stages) this.#dispatch(pass, stage, count);
     });
     pass.end();
     for (const plan of this.#plans) take_results(plan, (buffer, place) => encoder.copyBufferToBuffer(results, 4 * place, buffer, 0, buffer.size));

@@ -2,8 +2,9 @@
 // device. A container that the device does not decode is refused.
 import { kSemantics, kTypes } from '../types.js';
 import { are_justified, read_directory } from './directory.js';
-import { add_record_words, kBoundsWords, kGridWords, kNone, kStateWords, stream_words } from './layout.js';
+import { add_record_words, kBoundsWords, kGridWords, kNone, kStateWords, Layout, stream_words } from './layout.js';
 import { refuse } from './refusal.js';
+import { code, stages } from './shaders.js';
 import { kCodingInteger, kCodingQuantized, Reader, read_stream_head } from './stream_head.js';
 
 // One thread takes the steps of a stream. Displays' watchdogs end what takes seconds.
@@ -24,13 +25,17 @@ function output_of({ coding, type, type_bytes, components }, request, as) {
   return { is_grid, out_bytes: is_grid ? 2 : type_bytes };
 }
 
+/** What depends on the kind of streams: Draco's. condensed.js has the other kind. */
+export const draco = { is_condensed: false, code, stages, Layout, stream_words, add_record_words, read_directory,
+  read_head: (reader, { stream_at, faces }, i, last) => read_stream_head(reader, stream_at[i], stream_at[i + 1], faces[i], last) };
+
 export class ContainerPlan {
   // Where a batch has it.
   bytes_at = 0;
   first_stream = 0;
   indices = 0;
   #bytes;
-  #heads = [];  // of streams, with their counts
+  #heads;  // of streams, with their counts
   #words;       // of the memory of streams
   #sizes = null;
 
@@ -39,18 +44,22 @@ export class ContainerPlan {
    * @param {object[] | undefined} attributes those that are wanted; by default all of the first stream
    * @param {'float32' | 'quantized'} as how quantized values are written
    * @param {number} most_words of memory for a stream
+   * @param {object} kind of the streams
    */
-  constructor(bytes, attributes, as, most_words) {
-    const directory = (this.directory = read_directory(bytes));
+  constructor(bytes, attributes, as, most_words, kind = draco) {
+    this.kind = kind;
+    const directory = (this.directory = kind.read_directory(bytes));
     this.#bytes = bytes;
     if (directory.has_residue) refuse('a residue');
     const reader = new Reader(bytes);
     this.#words = new Uint32Array(directory.stream_count);
+    this.#heads = new Array(directory.stream_count);
     for (let i = 0; i < directory.stream_count; ++i) this.#read_stream(reader, i, most_words);
     this.attributes = attributes ?? stored(this.#heads[0]);
     // The first stream says how values are written; others must say the same. Streams mostly have one list of attributes.
-    const lists = [];
-    for (const head of this.#heads) if (head.attributes !== lists.at(-1)) lists.push(head.attributes);
+    const lists = [], heads = this.#heads;
+    let list;
+    for (let i = 0; i < heads.length; ++i) if (heads[i].attributes !== list) lists.push((list = heads[i].attributes));
     this.outputs = [];  // not by map(): V8 would compile the loops over streams again for another kind of array
     for (const request of this.attributes) {
       const found = lists.map((all) => all.find(({ unique_id }) => unique_id === request.uniqueId) ?? refuse('an attribute that is missing'));
@@ -88,23 +97,23 @@ export class ContainerPlan {
     return (this.#sizes ??= this.#count_sizes());
   }
   #count_sizes() {
-    const sizes = [0, 0, 0, 0, this.result_words, kStateWords * this.stream_count];
-    for (let i = 0; i < this.stream_count; ++i) add_record_words(sizes, this.#heads[i]);
+    const { plan_words = 0 } = this.directory, sizes = [plan_words, 0, 0, 0, this.result_words, kStateWords * this.stream_count];
+    for (let i = 0; i < this.stream_count; ++i) this.kind.add_record_words(sizes, this.#heads[i]);
     for (const { coding, is_bounded } of this.outputs)
       sizes[5] += (coding === kCodingQuantized ? kGridWords * this.stream_count : 0) + (is_bounded ? kBoundsWords : 0);
     return sizes;
   }
 
   #read_stream(reader, i, most_words) {
-    const { faces, points, references, stream_at } = this.directory, begin = stream_at[i], end = stream_at[i + 1], face_count = faces[i];
-    if (face_count > kMostFacesOfAStream) refuse('a stream of many faces');
-    const head = read_stream_head(reader, begin, end, face_count, this.#heads[i - 1]);
+    const { faces, points, references } = this.directory;
+    if (faces[i] > kMostFacesOfAStream) refuse('a stream of many faces');
+    const head = this.kind.read_head(reader, this.directory, i, i > 0 ? this.#heads[i - 1] : undefined);
     head.point_count = points[i];
     head.reference_count = references[i];
-    const words = stream_words(head);
+    const words = this.kind.stream_words(head);
     if (words > most_words) refuse('a stream that takes much memory');
     this.#words[i] = words;
-    this.#heads.push(head);
+    this.#heads[i] = head;
   }
 
   /**

@@ -4,44 +4,39 @@ import { head_of, kHeaderBytes } from '../head.js';
 import { BitString, NumberKind } from './bit_string.js';
 import { refuse } from './refusal.js';
 
-// Predicts the next value of a column: a base that the row knows, and the mean by which earlier rows exceeded theirs.
-class ExpectedSum {
+// Columns of numbers, each stored as its distance from the number that the rows before let expect. Their functions call little, because
+// V8 interprets them for the first thousands of numbers.
+
+// Of numbers that have a base, which the row knows: the next one exceeds its base by the mean of earlier ones.
+class Sums {
   #sixteenths = 0;
   #is_first = true;
+  #kind;
 
-  from(base) {
-    return base + Math.floor(this.#sixteenths / 16);
+  constructor(order) {
+    this.#kind = new NumberKind(order);
   }
-  follow(base, value) {
-    const step = value - this.from(base);
-    this.#sixteenths = this.#is_first ? 16 * step : this.#sixteenths + step;
+  next(bits, base) {
+    const sixteenths = this.#sixteenths, expected = base + Math.floor(sixteenths / 16), value = (expected + bits.signed(this.#kind)) >>> 0;
+    this.#sixteenths = this.#is_first ? 16 * (value - expected) : sixteenths + value - expected;
     this.#is_first = false;
+    return value;
   }
 }
-// Predicts the next value of a column that is roughly proportional to another column.
-class ExpectedRatio {
+// Of numbers that are roughly proportional to another number of the row.
+class Ratios {
   #ratio = 0;  // in 1024ths
   #is_first = true;
+  #kind;
 
-  from(scale) {
-    return Math.floor((this.#ratio * Math.max(scale, 1)) / 1024);
-  }
-  follow(scale, value) {
-    const kMostSixtyFourths = (1 << 17) - 1;
-    const sixty_fourths = Math.min(Math.floor((value * 64) / Math.max(scale, 1)), kMostSixtyFourths);
-    this.#ratio = this.#is_first ? 16 * sixty_fourths : this.#ratio + sixty_fourths - (this.#ratio >> 4);
-    this.#is_first = false;
-  }
-}
-
-class Column {
-  constructor(order, expected) {
-    this.kind = new NumberKind(order);
-    this.expected = expected;
+  constructor(order) {
+    this.#kind = new NumberKind(order);
   }
   next(bits, known) {
-    const value = (this.expected.from(known) + bits.signed(this.kind)) >>> 0;
-    this.expected.follow(known, value);
+    const kMost = (1 << 17) - 1, scale = Math.max(known, 1), ratio = this.#ratio;
+    const value = (Math.floor((ratio * scale) / 1024) + bits.signed(this.#kind)) >>> 0, sixty_fourths = Math.min(Math.floor((value * 64) / scale), kMost);
+    this.#ratio = this.#is_first ? 16 * sixty_fourths : ratio + sixty_fourths - (ratio >> 4);
+    this.#is_first = false;
     return value;
   }
 }
@@ -52,12 +47,11 @@ const kMostStreams = 1 << 20;
 // The bytes that a number of stored bytes justifies: src/core/workspace.h.
 const justified_bytes = (bytes) => 2 ** 26 + 4096 * bytes;
 
-// Sections that a reader may skip have types from 128 on.
-function check_head(bytes, begin, end) {
-  const kMayBeSkipped = 128, kMostLengthBytes = 5;
+// The sections of a head by type, [begin, end), without the ones that a reader may skip: their types are from 128 on.
+function find_sections(bytes, begin, end) {
+  const kMayBeSkipped = 128, kMostLengthBytes = 5, sections = new Map();
   for (let at = begin, last = -1; at < end;) {
     const type = bytes[at++];
-    if (type < kMayBeSkipped) refuse('condensed patches');
     if (type <= last) refuse('a broken head');
     last = type;
     let length = 0, i = 0;
@@ -68,17 +62,21 @@ function check_head(bytes, begin, end) {
       if (byte < 128) break;
     }
     if (length > end - at) refuse('a broken head');
+    if (type < kMayBeSkipped) sections.set(type, [at, at + length]);
     at += length;
   }
+  return sections;
 }
 
 /**
  * @param {Uint8Array} bytes of a whole container
+ * @param {new (bytes: Uint8Array, sections: Map<number, number[]>) => object} [Tables] what condensed streams have in common
+ *   (CondensedTables), which reads its own part of the directory; without it condensed patches are refused
  * @returns {{ stream_count: number, has_residue: boolean, has_references: boolean, faces: Uint32Array, points: Uint32Array, references: Uint32Array,
  *   stitch_at: Uint32Array, stream_at: Uint32Array, first_faces: Uint32Array, first_points: Uint32Array }} the places of stitch maps
  *   and streams, and the sums of faces and owned points, have one number more than there are streams
  */
-export function read_directory(bytes) {
+export function read_directory(bytes, Tables) {
   const kVersion = 1, kResidue = 1;
   const { begin, end } = bytes.length < kHeaderBytes ? { begin: 0 } : head_of(bytes);
   if (begin === 0) refuse('not a container');
@@ -87,20 +85,20 @@ export function read_directory(bytes) {
   if (bytes[4] !== kVersion || flags > kResidue || view.getUint16(6, true) !== 0) refuse('an unknown version, flag or codec');
   if (end > bytes.length || stream_count === 0 || stream_count > 2 * (begin - kHeaderBytes)) refuse('a broken header');
   if (stream_count > kMostStreams) refuse('too many streams');
-  check_head(bytes, begin, end);
+  const sections = find_sections(bytes, begin, end), tables = Tables && new Tables(bytes, sections);
 
   const bits = new BitString(bytes, kHeaderBytes, begin), skeletons = bits.number(new NumberKind(0));
-  if (skeletons > 0) refuse('condensed patches');
+  if (tables !== undefined) tables.begin_rows(bits, skeletons);
+  else if (skeletons + sections.size > 0) refuse('condensed patches');
   const has_residue = flags === kResidue, numbers = () => new Uint32Array(stream_count), sums = () => new Uint32Array(stream_count + 1);
   const faces = numbers(), points = numbers(), references = numbers(), stitch_at = sums(), stream_at = sums(), first_faces = sums(),
     first_points = sums();
-  const of_faces = new Column(6, new ExpectedSum()), of_points = new Column(3, new ExpectedSum()),
-    of_references = new Column(3, new ExpectedSum()), of_stitch = new Column(2, new ExpectedRatio()),
-    of_bytes = new Column(6, new ExpectedRatio());
+  const of_faces = new Sums(6), of_points = new Sums(3), of_references = new Sums(3), of_stitch = new Ratios(2), of_bytes = new Ratios(6);
   let stitch_bytes = 0, stream_bytes = 0, face_sum = 0, point_sum = 0, all_points = 0, reference_sum = 0;
   for (let i = 0; i < stream_count; ++i) {
+    tables?.next_row(bits);
     const face_count = (faces[i] = of_faces.next(bits, 0));
-    const point_count = (points[i] = of_points.next(bits, Math.floor(face_count / 2)));
+    const point_count = (points[i] = of_points.next(bits, face_count >>> 1));
     const reference_count = (references[i] = of_references.next(bits, 0));
     const in_stitch = reference_count > 0 ? of_stitch.next(bits, reference_count) : 0, in_stream = of_bytes.next(bits, point_count);
     const is_residue = has_residue && i + 1 === stream_count;
@@ -120,7 +118,7 @@ export function read_directory(bytes) {
   stitch_at[stream_count] = stitch_bytes, stream_at[stream_count] = stream_bytes;
   first_faces[stream_count] = face_sum, first_points[stream_count] = point_sum;
   for (let i = 0; i <= stream_count; ++i) stitch_at[i] += end, stream_at[i] += end + stitch_bytes;
-  return { stream_count, has_residue, has_references: reference_sum > 0, faces, points, references, stitch_at, stream_at, first_faces, first_points };
+  return { tables, stream_count, has_residue, has_references: reference_sum > 0, faces, points, references, stitch_at, stream_at, first_faces, first_points };
 }
 
 /** Whether the stored bytes justify results of so many bytes. */

@@ -1,5 +1,5 @@
 // What Edgebreaker reads (src/core/edgebreaker_symbols.h): a string of bits, or for a valence traversal a list of symbols for each valence.
-export const edgebreaker_symbols = /* wgsl */ `
+export const clers = /* wgsl */ `
 // C takes one bit, the others three.
 const kC = 0u;
 const kS = 1u;
@@ -8,6 +8,18 @@ const kR = 5u;
 const kE = 7u;
 const kNoSymbol = 6u;
 
+fn valences_of(s: Stream) -> View { return View(s.valences, s.vertex_limit + 3u); }
+fn grow(s: Stream, vertex: u32, by: u32) { store(valences_of(s), vertex, load(valences_of(s), vertex) + by); }
+// The symbol added the face with these vertices: a digit for each code of a symbol, the lowest digit for 0.
+fn add_valences(s: Stream, symbol: u32, v0: u32, v1: u32, v2: u32) {
+  grow(s, v0, (0x20101000u >> (4u * symbol)) & 3u);
+  grow(s, v1, (0x20102011u >> (4u * symbol)) & 3u);
+  grow(s, v2, (0x20201011u >> (4u * symbol)) & 3u);
+}
+// The class of a vertex's valence, from 0 to 5.
+fn valence_class(s: Stream, vertex: u32) -> u32 { return clamp(load(valences_of(s), vertex), 2u, 7u) - 2u; }
+`;
+export const edgebreaker_symbols = /* wgsl */ `
 struct SymbolString { bit: u32, left: array<u32, 6>, begin: array<u32, 6> }
 fn start_symbols(s: Stream) -> SymbolString {
   var symbols = SymbolString(0u, array<u32, 6>(), array<u32, 6>());
@@ -29,17 +41,9 @@ fn next_standard(s: Stream, symbols: ptr<function, SymbolString>) -> u32 {
   return select(0u, ahead & 7u, is_long != 0u);
 }
 
-fn valences_of(s: Stream) -> View { return View(s.valences, s.vertex_limit + 3u); }
-fn grow(s: Stream, vertex: u32, by: u32) { store(valences_of(s), vertex, load(valences_of(s), vertex) + by); }
-// The symbol added the face with these vertices: a digit for each code of a symbol, the lowest digit for 0.
-fn add_valences(s: Stream, symbol: u32, v0: u32, v1: u32, v2: u32) {
-  grow(s, v0, (0x20101000u >> (4u * symbol)) & 3u);
-  grow(s, v1, (0x20102011u >> (4u * symbol)) & 3u);
-  grow(s, v2, (0x20201011u >> (4u * symbol)) & 3u);
-}
 // The next symbol of the list for the valence of the vertex that a C would close. Lists are read from their ends.
 fn next_listed(s: Stream, symbols: ptr<function, SymbolString>, closing: u32) -> u32 {
-  let k = clamp(load(valences_of(s), closing), 2u, 7u) - 2u;
+  let k = valence_class(s, closing);
   if ((*symbols).left[k] == 0u) { return kNoSymbol; }
   (*symbols).left[k] -= 1u;
   let number = memory[s.listed + (*symbols).begin[k] + (*symbols).left[k]];

@@ -133,8 +133,8 @@ fn number_points(@builtin(global_invocation_id) id: vec3u) {
     if ((c & 3u) != 3u) { store(point_of, load(point_at, c), c); }
   }
 }
-// The corner at which the points of an interior vertex begin: the first one to the right of `leftmost` whose value differs from that of
-// `leftmost` in some attribute; `leftmost` if no value changes around the vertex.
+// The corner at which the points of an interior vertex begin: the first one to the right of "leftmost" whose value differs from that of
+// "leftmost" in some attribute; "leftmost" if no value changes around the vertex.
 fn first_point_corner(s: Stream, opposite: View, leftmost: u32) -> u32 {
   for (var d = 0u; d < s.data_count; d++) {
     if (load(data_words_of(s, d), kHasSeams) == 0u) { continue; }

@@ -1,8 +1,8 @@
 // All stages in WGSL, in reading order. One module has them all; each entry point is a pipeline.
-import { attributes } from './attributes.wgsl.js';
+import { attribute_views, attributes } from './attributes.wgsl.js';
 import { border_walk } from './border_walk.wgsl.js';
 import { connectivity } from './connectivity.wgsl.js';
-import { edgebreaker_symbols } from './edgebreaker_symbols.wgsl.js';
+import { clers, edgebreaker_symbols } from './edgebreaker_symbols.wgsl.js';
 import { floats } from './floats.wgsl.js';
 import { integers } from './integers.wgsl.js';
 import { records } from './layout.js';
@@ -20,8 +20,9 @@ import { tex_coords } from './tex_coords.wgsl.js';
 import { traversal } from './traversal.wgsl.js';
 import { value_writer } from './value_writer.wgsl.js';
 
-export const code = [records, platform, rans, integers, floats, edgebreaker_symbols, connectivity, seams, traversal, attributes, symbols, prediction, multi_parallelogram, octahedral,
-  normals, tex_coords, stitch_map, border_walk, stitch, value_writer].join('');
+export const parts = { records, platform, rans, integers, floats, clers, edgebreaker_symbols, connectivity, seams, traversal, attribute_views, attributes, symbols,
+  prediction, multi_parallelogram, octahedral, normals, tex_coords, stitch_map, border_walk, stitch, value_writer };
+export const code = Object.values(parts).join('');
 
 /**
  * The stages in the order in which they run. `by` says what a stage is dispatched for: a thread for each stream ('stream'), or for each

@@ -47,7 +47,7 @@ fn refer(s: Stream, r: u32, point: u32, owner: u32, place: u32) -> bool {
   return true;
 }
 
-// Reads the map of stream i, whose walk has `length` points. Returns false if it is broken; ranks and places in other walks are not
+// Reads the map of stream i, whose walk has "length" points. Returns false if it is broken; ranks and places in other walks are not
 // checked here.
 fn read_stitch_map(s: Stream, i: u32, walk: View, length: u32) -> bool {
   let stream = i - s.first_stream;
