@@ -106,14 +106,14 @@ def spreads_of(report):
 def summarize(reports):
     """Of several reports of one asset, by builds with different meshoptimizers and in several rounds, rows of a table: name, bytes,
     bytes over stock Draco's, and milliseconds on one thread, over stock Draco's of the same report, and on several threads. Times
-    are medians of the reports; ratios are medians of the reports' ratios. meshoptimizer's bytes are those that zstd or brotli
-    compressed once more, as a server sends them."""
-    rows = {}
+    are medians of the reports; ratios are medians of the reports' ratios. Of meshoptimizer, rows have the newest, of the last
+    report, with zstd or brotli, as a server sends its bytes."""
+    rows, newest = {}, contenders(reports[-1])
     for report in reports:
         of_report = contenders(report)
         stock = next(iter(of_report.values()))
         for name, (size, one, many) in of_report.items():
-            if name.startswith("meshoptimizer") and not name.endswith(tuple(kForms.values())):
+            if name.startswith("meshoptimizer") and (name not in newest or not name.endswith(tuple(kForms.values()))):
                 continue
             row = rows.setdefault(name, {"bytes": size, "of_stock": size / stock[0], "one": [], "ratio": [], "many": []})
             row["one"].append(one)
@@ -155,10 +155,12 @@ def median_ratio(rounds, over, under, moment):
 
 
 def first_decode_rows(rounds):
-    """For each decoder: milliseconds, those of libdraco's of the same round, and page faults; all medians."""
+    """For each decoder, of meshoptimizers the newest: milliseconds, those of libdraco's of the same round, and page faults; all medians."""
+    *others, newest = rounds[0]
     return [[name, *(f"{statistics.median(of[name][moment] for of in rounds):.2f}" for moment in kMoments),
              *(f"{median_ratio(rounds, name, 'libdraco', moment):.2f}" for moment in kMoments),
-             f"{statistics.median(of[name]['faults'] for of in rounds):,.0f}"] for name in rounds[0]]
+             f"{statistics.median(of[name]['faults'] for of in rounds):,.0f}"]
+            for name in [*(name for name in others if not name.startswith("meshoptimizer")), newest]]
 
 
 def first_decode_findings(results):
