@@ -158,8 +158,8 @@ class RestCompressor {
       auto& [index, chosen] = dense[i];
       const auto& [indices, values] = pairs.at(index);
       RestColumn column = dense_column(document_.records().accessor(index), *indices, *values);
-      // The bytes that "sparse" takes in a GLB's JSON beyond those of "bufferView", and the bytes at the end of
-      // each stream.
+      // "sparse" takes kSparseJson bytes more than "bufferView" in a GLB's JSON. Each stream ends in kTail
+      // bytes.
       constexpr size_t kSparseJson = 100, kTail = 32;
       if (bytes_alone(column) + kTail <= bytes_alone(*indices) + bytes_alone(*values) + kSparseJson)
         chosen = std::move(column);

@@ -37,7 +37,7 @@ struct AssetCounts {
   uint64_t values = 0;  // bytes of all attributes of all points, with 4 bytes for a number
   uint64_t bytes = 0;   // of the file that memory holds unchanged
 };
-// An upper bound of the bytes that the asset takes, without those of the process.
+// An upper bound of the bytes that the asset takes, without the memory of the process.
 uint64_t bytes_in_memory(MemoryUse use, const AssetCounts& counts);
 
 // How encoding in parts uses the memory of the process.

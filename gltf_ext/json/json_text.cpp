@@ -174,8 +174,8 @@ class TextWriter {
     text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
   }
 
-  // The fewest digits that give the number back, placed as nlohmann's library places its digits: those of one
-  // number in some thousand are more, and an asset that stays as it is would grow.
+  // Writes the fewest digits that give the number back, in the layout of nlohmann's library. That library
+  // writes more digits for one number in some thousand, so an asset that stays as it is would grow.
   void add_float(double number) {
     if (!std::isfinite(number)) {
       text_ += "null";
