@@ -23,7 +23,7 @@ bool is_shared(const std::string& semantic);
 // Flags for the points of a mesh: 1 if its values are stored. Empty if all are.
 using StoredFlags = std::vector<uint8_t>;
 
-// Of each mesh.
+// How the attributes of meshes that share grids are coded. Arrays have an element for each mesh.
 struct SharedCodings {
   std::vector<std::vector<AttributeCoding>> codings;  // of each attribute
   std::vector<StoredFlags> stored;

@@ -37,7 +37,7 @@ struct GuardedMesh {
 struct PrecisionFinding {
   bool is_loss = false;    // the coding makes distinct values equal, or the attribute has no grid
   AttributeCoding better;  // one that does not, with few bits; 0 bits: only exact values do
-  std::string subject;     // what is lost ("3 of 9 faces")
+  std::string subject;     // the loss ("3 of 9 faces")
   std::string predicate;   // and how ("have no area"); empty if the attribute has no grid
   uint64_t values = 0;     // the number of floats
 };

@@ -319,7 +319,8 @@ std::wstring variable(const wchar_t* name) {
 }
 
 // The places %1, %2 ... of a command become the variables of that name and number. The shell does not look into
-// the value of a variable, except for a quote: so each is in quotes, those of the command or its own. %% is %.
+// the value of a variable, except for a quote. So each variable is put in quotes, unless the command has quotes
+// around it. %% is %.
 std::string with_arguments(std::string_view command, const std::string& name, size_t count) {
   std::string text;
   bool is_quoted = false;
