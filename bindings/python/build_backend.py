@@ -113,8 +113,8 @@ def tag():
 
 
 def macos():
-    """The oldest macOS that the module is for, and the architecture: those of this machine. Those of the interpreter may be two
-    architectures, and a system without the library of C++20."""
+    """The oldest macOS that the module is for, and the architecture. Both are this machine's, because the interpreter may be built
+    for two architectures, and for a system without the library of C++20."""
     major, minor = f"{os.environ.get('MACOSX_DEPLOYMENT_TARGET') or platform.mac_ver()[0]}.0".split(".")[:2]
     return f"{major}.{minor if int(major) < 11 else 0}", platform.machine()  # since 11, tags have the minor version 0
 

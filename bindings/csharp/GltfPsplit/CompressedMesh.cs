@@ -95,8 +95,8 @@ namespace GltfPsplit
     }
 
     /// <summary>
-    /// How the values of an attribute are stored. Bits is 0: exactly. Otherwise, without an origin, as coordinates on an
-    /// octahedron of unit vectors. With one: value = origin + i * range / (2^bits - 1).
+    /// How the values of an attribute are stored. With 0 bits, values are exact. With bits and an origin, they are places i on
+    /// a grid: value = origin + i * range / (2^bits - 1). Without an origin, they are unit vectors on an octahedron.
     /// </summary>
     public sealed class Quantization
     {

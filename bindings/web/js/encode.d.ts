@@ -6,7 +6,7 @@ export { PsplitError } from './index.js';
 export interface AttributeToEncode {
   /** In a type of glTF: integers of 8 or 16 bits, or floats. */
   array: Int8Array | Uint8Array | Uint8ClampedArray | Int16Array | Uint16Array | Uint32Array | Float32Array | ComponentArray;
-  /** Components of each point, 1 to 16. By default `itemSize`, the name in three's BufferAttribute. */
+  /** Components of each point, 1 to 16. The default is `itemSize`, the name in three's BufferAttribute. */
   componentCount?: number;
   itemSize?: number;
   normalized?: boolean;
@@ -68,7 +68,7 @@ export interface EncodeOptions {
   keepDuplicates?: boolean;
   keepDegenerate?: boolean;
   keepUnused?: boolean;
-  /** Decodes the container and compares it with the mesh. By default true. */
+  /** Whether the container is decoded and compared with the mesh; the default is true. */
   verify?: boolean;
   /** Whether results include the decoded arrays. */
   decoded?: boolean;
@@ -103,7 +103,7 @@ export interface EncodedMesh {
   /** Of the encoded mesh, without merged duplicates, degenerate faces and unused points. */
   faceCount: number;
   pointCount: number;
-  /** Without the residue. */
+  /** The number of patches, without the residue. */
   patchCount: number;
   hasResidue: boolean;
   attributes: EncodedAttribute[];

@@ -44,7 +44,7 @@ pub struct Buffers<'b> {
 unsafe impl Send for Buffers<'_> {}
 
 impl<'b> Buffers<'b> {
-    /// For `mesh`, without memory.
+    /// Buffers for `mesh`, which have no memory yet.
     pub fn new(mesh: &Mesh<'_>) -> Result<Self, Error> {
         let infos = mesh.attributes()?;
         let mut buffers = sys::psplit_buffers::new();

@@ -280,7 +280,7 @@ impl Encoded {
     pub fn face_count(&self) -> u32 {
         self.info().face_count
     }
-    /// With a residue.
+    /// The number of patches, including a residue.
     pub fn patch_count(&self) -> u32 {
         self.info().patch_count
     }

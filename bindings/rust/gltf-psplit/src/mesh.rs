@@ -93,7 +93,7 @@ pub struct AttributeRequest {
     pub unique_id: u32,
     /// The accessor's `componentType`: one of glTF's six.
     pub component_type: ComponentType,
-    /// Of a value, 1 to 16.
+    /// The components of a value, 1 to 16.
     pub components: u32,
     pub normalized: bool,
 }
@@ -116,7 +116,7 @@ pub struct MeshInfo {
     /// 0: a point cloud.
     pub face_count: u32,
     pub attribute_count: u32,
-    /// With the residue; 1 for a Draco stream.
+    /// The number of patches, including the residue; 1 for a Draco stream.
     pub patch_count: u32,
     /// Whether the last patch has the faces and points that no other stream can carry.
     pub has_residue: bool,
@@ -146,11 +146,11 @@ pub struct AttributeInfo {
 /// How the values of an attribute are stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantization {
-    /// Of a component. 0: exactly. Without an origin, of coordinates on an octahedron of unit vectors. With one: value =
-    /// origin + i * range / (2^bits - 1).
+    /// The bits of a component. With 0 bits, values are exact. With bits and an origin, they are places i on a grid: value =
+    /// origin + i * range / (2^bits - 1). Without an origin, they are unit vectors on an octahedron.
     pub bits: u32,
     pub range: f32,
-    /// Of each component, or empty.
+    /// The origin of each component, or empty.
     pub origin: Vec<f32>,
 }
 

@@ -16,7 +16,7 @@ unsafe impl Send for Pool {}
 unsafe impl Sync for Pool {}
 
 impl Pool {
-    /// `threads` count the calling thread; 0 means one for each processor. At most 4096.
+    /// `threads` count the calling thread; 0 means one for each processor, and 4096 is the most.
     pub fn new(threads: u32) -> Result<Self, Error> {
         let threads = i32::try_from(threads).map_err(|_| Error::usage("too many threads"))?;
         let mut pool = null_mut();
@@ -68,7 +68,7 @@ impl Drop for Stop {
     }
 }
 
-/// How a call runs. By default on one thread for each processor.
+/// How a call runs. The default is one thread for each processor.
 #[derive(Clone, Copy, Default)]
 pub struct Run<'a> {
     /// Without a pool: the threads of this call; 0 means one for each processor.
@@ -83,7 +83,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// On the calling thread alone.
+    /// Runs on the calling thread alone.
     pub fn serial() -> Self {
         Self { threads: 1, ..Self::default() }
     }

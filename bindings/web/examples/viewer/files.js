@@ -30,7 +30,7 @@ export async function asset_of(files) {
   return { name: main.name, bytes: await main.arrayBuffer(), is_stream: /\.drc$/i.test(main.name), file_bytes: files.reduce((sum, { size }) => sum + size, 0), resolve };
 }
 
-/** The files of a drop, also those in folders. */
+/** The files of a drop, also the files in its folders. */
 export async function dropped_files({ items, files }) {
   // Entries are lost after the first wait.
   const entries = [...items].map((item) => item.webkitGetAsEntry?.()).filter((entry) => entry != null);

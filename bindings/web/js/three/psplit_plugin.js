@@ -42,7 +42,7 @@ export class PsplitPlugin {
   #running = new Set();     // the AbortControllers of containers that are being decoded
   #failure = null;          // the first one
   #turn = null;       // while the loader requests the parts of a mesh: resolves when the meshes before it are made
-  #next_turn = null;  // the same for the next one
+  #next_turn = null;  // resolves when the meshes before the next mesh are made
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
   constructor(parser, options) {
@@ -183,7 +183,7 @@ export class PsplitPlugin {
       throw error;
     });
     this.#growing.push(whole);
-    // Without a first part, the arrays are those of the fallback.
+    // If no part has come, the fallback's arrays are used.
     return Promise.race([growing.buffers,
       whole.then((arrays) => (growing.has_begun ? growing.buffers : container.buffers_of(arrays)))]);
   }
@@ -285,7 +285,7 @@ export class PsplitPlugin {
     this.#options.onProgress?.(sum('done'), sum('total'), container.uses[0]);
   }
 
-  // For example: assets/ship.bin: mesh 2 "hull", primitive 0
+  // The place of an error, such as: assets/ship.bin: mesh 2 "hull", primitive 0
   #place_of({ mesh, primitive }, view) {
     const { json, options } = this.#parser;
     const uri = json.buffers?.[json.bufferViews?.[view]?.buffer]?.uri ?? '', { name } = json.meshes[mesh];
