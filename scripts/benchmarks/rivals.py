@@ -155,7 +155,7 @@ def median_ratio(rounds, over, under, moment):
 
 
 def first_decode_rows(rounds):
-    """For each decoder, of meshoptimizers the newest: milliseconds, those of libdraco's of the same round, and page faults; all medians."""
+    """For each decoder, of meshoptimizers the newest: milliseconds, their ratios to libdraco's in the same round, and page faults; all medians."""
     *others, newest = rounds[0]
     return [[name, *(f"{statistics.median(of[name][moment] for of in rounds):.2f}" for moment in kMoments),
              *(f"{median_ratio(rounds, name, 'libdraco', moment):.2f}" for moment in kMoments),

@@ -100,7 +100,7 @@ def cut_rows(results):
     for model in kModels:
         for name, run in results["models"][model.name]["runs"].items():
             if name.startswith("quantized"):
-                continue  # the same patches
+                continue  # its patches are those of lossless
             title = model.title + (", unprocessed" if "unprocessed" in name else "")
             middle = run["splits"][len(run["splits"]) // 2]
             yield [title, *(f"{100 * split['replication']:.1f} %" for split in run["splits"]), f"{middle['partition_ms'] / 1000:.2f} s",

@@ -80,7 +80,8 @@ inline double value_noise(Vec3 p, uint64_t seed) {
 // place.
 inline constexpr double kNoiseSlope = 1.4;
 
-// Like a sine of period 1, but made of parabolas, without libm. In [-1, 1], with a slope of at most 8.
+// A wave like a sine of period 1, but made of parabolas, without libm. Its values are in [-1, 1], and its slope
+// is at most 8.
 inline double parabola_wave(double x) {
   const double u = x - std::floor(x + 0.5);
   return 8 * u * (1 - 2 * std::fabs(u));
