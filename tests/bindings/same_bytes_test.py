@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The same mesh gets the same bytes from every face of the encoder:
+"""Every interface encodes a mesh to equal bytes:
 
   same_bytes_test.py --psplit COMMAND --library libpsplit.so --python FOLDER [--corpus FOLDER] [--web PACKAGE] [--table]
 

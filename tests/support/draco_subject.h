@@ -17,7 +17,7 @@
 namespace psplit {
 
 using Role = draco::GeometryAttribute::Type;
-// In the bitstream: position, normal, colour, texture coordinate, generic.
+// The roles of the bitstream: position, normal, colour, texture coordinate, generic.
 inline constexpr size_t kRoleCount = 5;
 using PerRole = std::array<int, kRoleCount>;
 

@@ -1,4 +1,4 @@
-// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V. For webgpu_compilers.mjs.
+// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V; webgpu_compilers.mjs runs it.
 import { createGpuDecoder, request_device } from './webgpu_device.mjs';
 
 await createGpuDecoder(await request_device());

@@ -1,4 +1,4 @@
-// Sections of condensed streams, and what is coded in them, against the encoder's writer of sections.
+// Sections of condensed streams, and the readers of their contents, against the encoder's writer of sections.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -258,7 +258,7 @@ TEST(ContextSymbols, DependOnTheLastSymbols) {
   }
 }
 
-// What is coded in a context without frequencies is not a symbol.
+// A context without frequencies codes no symbol.
 TEST(ContextSymbols, AreInvalidInAContextThatIsNeverUsed) {
   const CondensedHead head = head_of(1, {kOneSymbol, kOneSymbol, kOneSymbol, kOneSymbol, {0, 0, 0, 0, 0}}, {});
   const Bytes bytes = {1, 2, 3, 4};

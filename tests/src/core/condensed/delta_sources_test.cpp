@@ -30,7 +30,8 @@ TEST(DeltaWeights, SumTo64AndAreAboutEqualIfEven) {
   EXPECT_EQ(sum_of(even_delta_weights(0)), 0);
 }
 
-// Places around a vertex in a plane or in space: what is affine in them is predicted within the weights' steps.
+// Around a vertex lie places in a plane or in space. Affine functions of the places are predicted within the
+// weights' steps.
 TEST(DeltaWeights, PredictAffineFunctions) {
   std::mt19937 random(1);
   const auto between = [&](int low, int high) {
