@@ -104,7 +104,7 @@ def metadata():
 
 
 def tag():
-    """For this interpreter and this system. Modules have a suffix as .cpython-311-x86_64-linux-gnu.so or .cp311-win_amd64.pyd."""
+    """The wheel's tag for this interpreter and this system. Modules have a suffix as .cpython-311-x86_64-linux-gnu.so or .cp311-win_amd64.pyd."""
     abi = re.match(r"\.c(?:python-|p)(\w+?)-", sysconfig.get_config_var("EXT_SUFFIX"))
     if abi is None:
         sys.exit(f"gltf-psplit: {sys.implementation.name} is not CPython")

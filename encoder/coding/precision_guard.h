@@ -20,7 +20,7 @@ namespace psplit {
 // kTextureError. Real meshes have some of each (docs/decisions.md).
 inline constexpr double kMostFlatFaces = 0.03, kMostCoinciding = 0.125, kMostEqualEnds = 0.05,
                         kMostMoved = 0.01;
-// In textures.
+// A share of a texture.
 inline constexpr double kTextureError = 1.0 / 512;
 
 // A mesh whose precision is guarded, as one or several parts.

@@ -35,8 +35,8 @@ struct StreamTraits {
   uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
   bool is_sequential = false;
   bool is_cloud = false;  // without faces
-  // Of the mesh's attributes. Attributes are then in the order of unique ids, and the stream uses the codings'
-  // grids. Empty: labels follow from glTF's semantics, and POSITION comes first.
+  // The labels of the mesh's attributes, if given. Attributes are then in the order of unique ids, and the
+  // stream uses the codings' grids. If empty, labels follow from glTF's semantics, and POSITION comes first.
   std::span<const DracoLabel> labels{};
 };
 

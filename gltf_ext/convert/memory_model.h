@@ -54,7 +54,7 @@ struct MemoryPlan {
              uint64_t patch_faces = 0);
 };
 
-// Decoding into a file goes window by window. Of a face of one: its results, its stream and its references.
+// The bytes of a face in a window, if a file is decoded window by window: its results, stream and references.
 inline constexpr uint64_t kWindowFace = 128;
 
 // Of a face of two assets that are compared in memory: the mesh, and the tables of the matching.

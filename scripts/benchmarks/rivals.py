@@ -82,7 +82,7 @@ def way_of(split):
 
 
 def contenders(report):
-    """Of one report of `compare`: the rows of a table, as {name: (bytes, milliseconds on one thread, on several or None)}."""
+    """The rows of a table of one report of `compare`, as {name: (bytes, milliseconds on one thread, on several or None)}."""
     stock = report["stock"]
     rows = {f"libdraco, one stream a primitive, speed {stock['speed']}": (stock["bytes"], stock["decode_ms"], None)}
     for split in report["splits"]:
@@ -104,7 +104,7 @@ def spreads_of(report):
 
 
 def summarize(reports):
-    """Of several reports of one asset, by builds with different meshoptimizers and in several rounds, rows of a table: name, bytes,
+    """The rows of a table of several reports of one asset, by builds with different meshoptimizers in several rounds: name, bytes,
     bytes over stock Draco's, and milliseconds on one thread, over stock Draco's of the same report, and on several threads. Times
     are medians of the reports; ratios are medians of the reports' ratios. Of meshoptimizer, rows have the newest, of the last
     report, with zstd or brotli, as a server sends its bytes."""

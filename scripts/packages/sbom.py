@@ -15,7 +15,7 @@ kLinked = {
     "libzstd-dev": "BSD-3-Clause OR GPL-2.0-only",
     "zlib1g-dev": "Zlib",
 } | kHeaders
-# In that for Windows.
+# Linked in the command for Windows.
 kLinkedOnWindows = {
     "mingw-w64-x86-64-dev": "ZPL-2.1",
     "gcc-mingw-w64-x86-64-posix-runtime": "GPL-3.0-or-later WITH GCC-exception-3.1",
@@ -26,7 +26,7 @@ kLinkedInWheel = {
     "nlohmann-json3-dev": "MIT",
     "pybind11-dev": "BSD-3-Clause",
 }
-# In the WebAssembly modules of the npm package.
+# Linked in the WebAssembly modules of the npm package.
 kLinkedInModules = {
     "libc++-dev-wasm32": "Apache-2.0 WITH LLVM-exception",
 }

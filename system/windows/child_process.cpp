@@ -155,8 +155,8 @@ Expected<Started> start_process(Start start) {
   if (::InitializeProcThreadAttributeList(info.lpAttributeList, 1, 0, &bytes) == 0)
     return io_error("cannot start a process", errno_of_last_error());
   PROCESS_INFORMATION made{};
-  // Suspended, so that it starts no process before it is in the job. In a group of its own, so that Ctrl-C
-  // reaches this process alone.
+  // The child starts suspended, so that it starts no process before it is in the job, and in a group of its
+  // own, so that Ctrl-C reaches this process alone.
   constexpr DWORD kFlags =
       CREATE_SUSPENDED | CREATE_UNICODE_ENVIRONMENT | EXTENDED_STARTUPINFO_PRESENT | CREATE_NEW_PROCESS_GROUP;
   const bool is_made =

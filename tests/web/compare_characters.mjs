@@ -109,7 +109,7 @@ function extent_of(primitives, key) {
     }
   return Math.max(...high.map((value, i) => value - low[i]));
 }
-// Without faces that repeat a point, which `encode` drops.
+// The faces, except those that repeat a point, which `encode` drops.
 function faces_of({ indices, corners }) {
   const faces = [];
   for (let i = 0; i + corners <= indices.length; i += corners) faces.push([...indices.subarray(i, i + corners)]);

@@ -404,7 +404,7 @@ test('psplit() writes the containers of the command', needs_tool, async () => {
     [{ quantizationVolume: 'primitive', patches: 30, encoder }, '--quantization-volume', 'primitive', '--patches', '30'],
     [{ quantizationVolume: 'scene', boxes: true, encoder }, '--quantization-volume', 'scene', '--boxes']]) {
     native('encode', '-q', '--always-patches', ...flags, plain, wanted);
-    // Without a registered decoder, too.
+    // This works without a registered decoder, too.
     const { io, warnings } = make_io({}), document = await io.read(plain);
     await document.transform(make_patches(options));
     const file = await written(io, document), { json } = read_asset(file);

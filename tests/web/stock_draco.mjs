@@ -188,7 +188,7 @@ export function with_metadata(bytes, of_attributes, of_geometry) {
   const trees = [...varint(of_attributes.length), ...of_attributes.flatMap(([unique_id, tree]) => [...varint(unique_id), ...tree]), ...of_geometry];
   return Uint8Array.from([...bytes.subarray(0, 10), bytes[10] | 0x80, ...trees, ...bytes.subarray(11)]);
 }
-// Of entries, as [name, bytes], and parts, as [name, tree].
+// A tree of entries, as [name, bytes], and parts, as [name, tree].
 export const metadata_tree = (entries, parts = []) => [
   ...varint(entries.length), ...entries.flatMap(([name, value]) => [...sized(name), ...varint(value.length), ...value]),
   ...varint(parts.length), ...parts.flatMap(([name, tree]) => [...sized(name), ...tree])];

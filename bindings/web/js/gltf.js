@@ -5,7 +5,7 @@ import { PsplitError } from './error.js';
 export const kExtensionName = 'PSPLIT_mesh_draco_patches';
 export const kDraco = 'KHR_draco_mesh_compression';
 
-// By glTF's numbers and names.
+// Types and counts by glTF's numbers and names.
 export const kComponentTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
 export const kComponentCounts = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 export const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };

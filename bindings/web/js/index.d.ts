@@ -12,7 +12,7 @@ export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array |
 /** A request for an attribute of a Draco stream, by its unique id or its semantic. */
 export interface DracoAttributeRequest {
   uniqueId?: number;
-  /** In place of `uniqueId`: the first attribute of this semantic. The result leaves it out if the stream has none. */
+  /** Chooses the first attribute of this semantic, in place of `uniqueId`. The result leaves it out if the stream has none. */
   semantic?: 'POSITION' | 'NORMAL' | 'COLOR' | 'TEX_COORD' | 'GENERIC';
   /** The name in messages and in the result. The default is Draco's semantic: POSITION, NORMAL, COLOR, TEX_COORD or GENERIC. */
   name?: string;

@@ -75,9 +75,9 @@ inline double value_noise(Vec3 p, uint64_t seed) {
   return a + (along_y(2) - a) * tz;
 }
 
-// Over three times the root mean square of the gradient of value_noise. On one axis, the gradient can reach 3
-// (the easing's slope of 1.5, times a difference of 2), but several octaves are not that steep at the same
-// place.
+// This is over three times the root mean square of the gradient of value_noise. On one axis, the gradient can
+// reach 3 (the easing's slope of 1.5, times a difference of 2), but several octaves are not that steep at the
+// same place.
 inline constexpr double kNoiseSlope = 1.4;
 
 // A wave like a sine of period 1, but made of parabolas, without libm. Its values are in [-1, 1], and its slope

@@ -155,7 +155,7 @@ impl<'b> Buffers<'b> {
 /// The numbers of points, three for each face.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Indices {
-    /// Of at most 65,535 points.
+    /// Indices of at most 65,535 points.
     U16(Vec<u16>),
     U32(Vec<u32>),
 }

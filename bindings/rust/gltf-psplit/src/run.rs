@@ -71,7 +71,7 @@ impl Drop for Stop {
 /// How a call runs. The default is one thread for each processor.
 #[derive(Clone, Copy, Default)]
 pub struct Run<'a> {
-    /// Without a pool: the threads of this call; 0 means one for each processor.
+    /// The threads of this call, if there is no pool; 0 means one for each processor.
     pub threads: u32,
     /// Threads of a pool. Reuse a pool for frequent calls.
     pub pool: Option<&'a Pool>,

@@ -143,7 +143,7 @@ TEST(Tokens, CoverAllSymbols) {
   EXPECT_EQ(next, uint64_t{1} << 32);
 }
 
-// In step, sequences of all numbers of components, with few and with many bits together.
+// Sequences of all numbers of components are decoded in step, with few and with many bits together.
 TEST(Tokens, DecodeToTheirSymbolsInStep) {
   std::mt19937 random(2);
   const std::vector<uint16_t> frequencies = frequencies_of(kTokenCount, random);
