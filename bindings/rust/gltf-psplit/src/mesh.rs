@@ -44,7 +44,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Coding {
-    /// Of meshes that are no `.drc` files.
+    /// The mesh is no `.drc` file.
     Unknown,
     Sequential,
     Edgebreaker,
@@ -104,7 +104,7 @@ pub struct OpenOptions {
     /// The `count` of the accessors of attributes and of indices, which are compared with the bytes; 0: not known.
     pub point_count: u64,
     pub index_count: u64,
-    /// Of `.drc` files: values are the integers of the stream, `i32`, where it has such.
+    /// Whether values of `.drc` files are the integers of the stream, `i32`, where it has such.
     pub integers: bool,
 }
 
@@ -133,7 +133,7 @@ pub struct AttributeInfo {
     pub name: String,
     pub unique_id: u32,
     pub semantic: Semantic,
-    /// Of the values that are decoded.
+    /// The type of the decoded values.
     pub component_type: ComponentType,
     pub components: u32,
     pub normalized: bool,
@@ -158,7 +158,7 @@ pub struct Quantization {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchInfo {
     pub face_count: u32,
-    /// As it decodes alone, with the points that other patches own.
+    /// The points of the patch when it decodes alone, including points that other patches own.
     pub point_count: u32,
     /// Bytes; 0 for a `.drc` file.
     pub stream_size: u32,
@@ -217,7 +217,7 @@ impl<'a> Mesh<'a> {
         unsafe { open(kind, bytes, attributes, options, 0) }
     }
 
-    /// As [`Mesh::open`], with a copy of the bytes.
+    /// Opens a copy of the bytes, otherwise like [`Mesh::open`].
     pub fn open_copy(
         kind: Kind,
         bytes: &[u8],

@@ -54,7 +54,7 @@ impl Stop {
         Ok(Self(NonNull::new(stop).expect("a new flag is not null")))
     }
 
-    /// From any thread, also while calls read the flag.
+    /// Sets the flag, from any thread, also while calls read it.
     pub fn set(&self, value: bool) {
         // SAFETY: the handle lives as long as self, and the flag is atomic.
         unsafe { sys::psplit_stop_set(self.0.as_ptr(), value.into()) }

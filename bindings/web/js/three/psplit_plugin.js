@@ -118,7 +118,7 @@ export class PsplitPlugin {
     return container.buffers.then((buffers) => buffers.get(view));
   }
 
-  // Of a buffer view that is stored as it is. Others are left to their extensions.
+  // The bytes of a buffer view without extensions, as they arrive; null leaves other views to their extensions.
   #arriving_view(view) {
     if (this.#asset === undefined || this.#parser.json.bufferViews[view].extensions !== undefined) return null;
     return this.#asset.view(view).then(({ buffer }) => buffer);
@@ -128,7 +128,7 @@ export class PsplitPlugin {
     gltf.psplit = this;
   }
 
-  // For users
+  // The members that users call:
 
   get whole() {
     const whole = Promise.all(this.#growing).then(() => {});
