@@ -268,7 +268,7 @@ class RestCompressor {
     return index;
   }
 
-  // Bounds that are stated follow the values of vertices. Others need none.
+  // Bounds that an accessor of vertices states become the bounds of its new values. Other bounds are dropped.
   Status set_bounds_of(int64_t index, bool is_of_vertices) {
     const auto accessor = [&]() -> Json& { return document_.json()["accessors"][static_cast<size_t>(index)]; };
     const bool has_bounds = field(accessor(), "min") != nullptr || field(accessor(), "max") != nullptr;

@@ -102,7 +102,7 @@ std::string place_in(std::string_view text, size_t at) {
   return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
 }
 
-// Writes JSON as nlohmann's library does, which looks at each character of a string.
+// Writes the text that nlohmann's library writes, but faster: the library looks at each character of a string.
 class TextWriter {
  public:
   // `indent` spaces for each level; all in one line if it is negative.

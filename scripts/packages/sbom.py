@@ -51,7 +51,7 @@ def address(package, version, architecture):
 
 
 def document(archive, version, architecture, licence_of, packages, meshoptimizer_version, epoch, home, name="gltf-psplit"):
-    """SPDX's JSON for a package. `licence_of`: one of those above. `packages`: {Debian package: version}. `home`: the project's
+    """SPDX's JSON for a package. `licence_of`: one of the tables above. `packages`: {Debian package: version}. `home`: the project's
     address, beside which `home`.git is the repository."""
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     created = datetime.datetime.fromtimestamp(epoch, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -505,7 +505,7 @@ test('psplit() on the corpus: the containers of the command', { ...needs_tool, t
     } catch {
       continue;  // glTF-Transform does not read or write this asset
     }
-    // glTF-Transform drops this extension, which says what names things.
+    // glTF-Transform drops this extension, which tells the attributes that hold property values.
     const { propertyAttributes = [] } = read_asset(plain).json.extensions?.EXT_structural_metadata ?? {};
     const exact = propertyAttributes.flatMap(({ properties }) => Object.values(properties).map(({ attribute }) => attribute));
     await document.transform(make_patches({ encoder, exact }));
