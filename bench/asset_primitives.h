@@ -13,7 +13,7 @@
 
 namespace psplit {
 
-// Those with triangles, as psplit and libdraco encode them, and what meshoptimizer makes of them.
+// An asset's triangle primitives, as psplit and libdraco encode them, and meshoptimizer's encoding of them.
 struct AssetPrimitives {
   std::vector<EncodeJob> jobs;
   std::vector<MeshoptMesh> meshopt;

@@ -39,9 +39,9 @@ class BatchDecoder {
     return {};
   }
 
-  // After finish: the status of a primitive of the batch.
+  // The status of a primitive of the batch, after finish.
   const Status& status(size_t primitive) const { return statuses_[primitive]; }
-  // After finish: the number of points of a stock stream; 0 after an error.
+  // The number of points of a stock stream, after finish; 0 after an error.
   uint32_t point_count(size_t primitive) const {
     return statuses_[primitive].ok() ? plan().point_count(primitive, results_.point_counts) : 0;
   }

@@ -248,7 +248,7 @@ class CudaDevice {
     marks_[mark_count_].stage = stage;
     ignore(cudaEventRecord(marks_[mark_count_++].event, stream_));
   }
-  // After wait: the milliseconds from each mark to the next, since the last call.
+  // The milliseconds from each mark to the next since the last call; call wait first.
   std::vector<std::pair<const char*, float>> take_times() {
     std::vector<std::pair<const char*, float>> times;
     for (size_t i = 0; i + 1 < mark_count_; ++i) {

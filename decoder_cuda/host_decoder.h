@@ -107,7 +107,7 @@ class HostDecoder {
       run(call, windows);
   }
 
-  // All at once. If there is no memory for that, one by one: the shortage of one is not the error of another.
+  // Decodes all at once. If memory is short, decodes one by one, so that only a task that is too large fails.
   void run(Call& call, std::span<const Window> windows) {
     if (windows.empty()) return;
     Status status = start(call, windows);

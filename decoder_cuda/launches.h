@@ -49,7 +49,7 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
   return device.launch_warps(set.count, CompleteStreams<Index, kKinds>{set});
 }
 
-// For streams of both kinds. All streams of a batch are numbered before one is written.
+// Numbers streams of both kinds. All streams of a batch are numbered before one is written.
 template <typename Index, typename Device>
 Status launch_numbering(Device& device, const StreamSet<Index>& set) {
   if (set.count == 0) return {};

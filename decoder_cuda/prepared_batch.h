@@ -163,7 +163,7 @@ class PreparedBatch {
   T* array(size_t at) const {
     return reinterpret_cast<T*>(memory_ + at);
   }
-  // In the pinned block, after the uploaded bytes.
+  // Results in the pinned block, after the uploaded bytes.
   uint32_t* point_counts() const { return reinterpret_cast<uint32_t*>(host_block_.data() + results_at_); }
   core::Fault* faults() const {
     return reinterpret_cast<core::Fault*>(point_counts() + plan_.streams().size());

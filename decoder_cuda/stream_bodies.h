@@ -100,14 +100,14 @@ struct BorderTask {
   uint64_t known_at = 0;
 };
 
-// The values of the first attribute at a stream's border, which are known before the stream is decoded. Behind
-// it are the values and marks of all places.
+// The values of the first attribute at a stream's border, which are known before the stream is decoded. The
+// memory after this struct has the values and marks of all places.
 struct BorderState {
   core::WalkValues walk;
   core::SectionReader behind;  // the stream's coder after its border part
 
-  // With the memory after it. Every value takes four bytes, and every place a mark. The attributes of the
-  // skeleton are there before.
+  // The bytes of this struct and the memory after it. Each value takes four bytes, and each place has a mark.
+  // Before they are written, the attributes of the skeleton use this memory.
   static size_t bytes(uint64_t places, uint64_t components, uint64_t attributes) {
     const uint64_t values = places * (4 * components + 1),
                    before = attributes * sizeof(core::SkeletonAttribute);
@@ -140,7 +140,7 @@ struct StreamState {
   }
 };
 
-// Arrays of the device. Those with an element for each stream are in the order of `streams`.
+// Arrays of the device. An array with an element for each stream has the order of `streams`.
 struct Batch {
   const PrimitiveTask* primitives = nullptr;
   const AttributeTarget* targets = nullptr;

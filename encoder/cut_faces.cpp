@@ -190,7 +190,7 @@ void order_patches(const Mesh& mesh, const PatchOrder& order, Cut& cut) {
   cut.patches = std::move(ordered);
 }
 
-// In ascending order, without sorting: that took half of the time.
+// Takes the points in ascending order from bits. Sorting them took half of the time.
 void PatchExtractor::take_used(std::vector<uint32_t>& points) {
   for (size_t i = 0; i < used_words_.size(); ++i)
     for (uint64_t words = std::exchange(used_words_[i], 0); words != 0; words &= words - 1) {

@@ -34,8 +34,8 @@ struct StreamOptions {
   int encode_speed = 5;
   bool by_libdraco = false;
   bool choose_by_bytes = false;
-  // With choose_by_bytes: POSITION and morph targets have predictions that condensed streams code in order of
-  // creation.
+  // Only used with choose_by_bytes: POSITION and morph targets get predictions that condensed streams code in
+  // order of creation.
   // Condensed, some meshes then take fewer bytes, although their Draco streams take more. encode_mesh tries
   // both ways with condense_smallest.
   bool in_creation_order = false;

@@ -30,9 +30,9 @@ namespace psplit {
 
 struct PartsOptions {
   uint64_t patch_faces = 30000;  // a part of F faces gets round(F / patch_faces) patches, at least 1
-  // For the streams of all parts. Parts choose what is merged and dropped themselves. With Alone::kAll there
-  // are no containers: each stream is alone. Otherwise none is. patch_count and patch_of_face are for a
-  // whole mesh alone.
+  // Options of the streams of all parts. Each part decides itself which points are merged and which faces are
+  // dropped. With Alone::kAll there are no containers, because each stream is alone; otherwise no stream is.
+  // Only a whole mesh takes patch_count and patch_of_face.
   StreamOptions streams{};
   // The most points of a container. The part that would exceed it begins another container.
   uint64_t most_points = 0xfffffffe;

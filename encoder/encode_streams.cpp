@@ -112,7 +112,7 @@ struct SplitBytes {
   uint64_t repeated_tables() const { return tables - largest_tables; }
 };
 
-// Of an entry of the directory.
+// The bytes of an entry of the directory.
 constexpr uint64_t kEntryBytes = 8;
 
 // Whether nearly all points have six faces, as in grids and in surfaces that were made by rule. One stream

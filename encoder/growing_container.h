@@ -19,7 +19,7 @@ namespace psplit {
 
 class GrowingContainer {
  public:
-  // Without streams. Errors: as for `make_spill`.
+  // Begins a container without streams. Errors: as for `make_spill`.
   static Expected<GrowingContainer> begin(const MakeSpill& make_spill);
 
   std::span<const StreamEntry> entries() const { return directory_.entries; }

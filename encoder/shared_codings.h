@@ -23,7 +23,7 @@ bool is_shared(const std::string& semantic);
 // Flags for the points of a mesh: 1 if its values are stored. Empty if all are.
 using StoredFlags = std::vector<uint8_t>;
 
-// Of each mesh.
+// How the attributes of meshes that share grids are coded. Arrays have an element for each mesh.
 struct SharedCodings {
   std::vector<std::vector<AttributeCoding>> codings;  // of each attribute
   std::vector<StoredFlags> stored;
@@ -37,7 +37,7 @@ SharedCodings choose_shared_codings(std::span<MeshToEncode* const> meshes, const
 // The bits of positions for an error of at most `max_error`, or without it those for the step that the edges
 // allow. Errors: as for position_bits.h.
 Expected<int> choose_position_bits(const AttributeCoding& coding, std::optional<double> max_error, double step);
-// Sets the bits for all meshes of a group together. `mesh` is the number of the mesh of an error.
+// Sets the bits for all meshes of a group together. After an error, `mesh` is the number of the mesh.
 Status choose_position_bits(std::span<MeshToEncode* const> meshes, std::optional<double> max_error,
                             std::span<std::vector<AttributeCoding>> codings, size_t& mesh);
 

@@ -41,8 +41,8 @@ struct ObjHead {
 // Says how many corners name texture coordinates and normals that do not exist.
 void say_missing(Losses& losses, uint64_t texcoords, uint64_t normals);
 
-// Reads an OBJ whose faces are all in one object and have one material. If they are not, kUnsupported. For the
-// rest see read_obj. All faces name positions that exist.
+// Reads an OBJ whose faces are all in one object and have one material; others are kUnsupported. read_obj
+// describes the rest. All faces name positions that exist.
 Expected<ObjHead> read_obj_into(Scanner& scanner, const OpenLibrary& open_library, ObjSink& sink);
 
 // One object for each "o" statement. An object has one part for each material and each set of attributes,

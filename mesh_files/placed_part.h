@@ -26,7 +26,7 @@ struct PlacedPart {
   // Null if there is no such attribute.
   const MeshView::Values* find(std::string_view semantic) const;
   std::array<uint32_t, 3> face(size_t number) const;
-  // The value of a point at its place, as floats. At most 4 components.
+  // The value of a point at its place, as floats. The attribute has at most 4 components.
   std::array<float, 4> floats_at(const MeshView::Values& attribute, size_t point) const;
   std::array<double, 4> doubles_at(const MeshView::Values& attribute, size_t point) const;
 };

@@ -729,7 +729,7 @@ class PlyReader {
   bool has_vertices_ = false;
   Array<std::array<uint32_t, 3>> faces_;
   uint64_t passed_faces_ = 0;  // to the sink
-  // Of one polygon.
+  // The polygon that is being cut.
   std::vector<uint32_t> corners_, corner_numbers_;
   std::vector<PrecisePosition> positions_;
   Array<std::array<uint32_t, 3>> triangles_;

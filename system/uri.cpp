@@ -163,7 +163,7 @@ UriKind kind_of_uri(std::string_view uri) {
   uri = trimmed(uri);
   if (starts_with_folded(uri, "http:") || starts_with_folded(uri, "https:")) return UriKind::kWeb;
   if (starts_with_folded(uri, "file:") || uri.starts_with('\\')) return UriKind::kAbsolute;
-  // Before decoding: an escaped colon belongs to a name, not to a scheme.
+  // The scheme is tested before decoding: an escaped colon belongs to a name, not to a scheme.
   if (has_scheme(uri)) return uri[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive letter
   const std::string decoded = percent_decode(uri);
   if (decoded.empty() || decoded.find('\0') != std::string::npos) return UriKind::kUnknown;

@@ -26,7 +26,7 @@ async function make_meshopt(plain, out) {
   await io.write(out, document);
 }
 
-// In the page: the times in milliseconds, and the number of triangles. A triangle is shown when it is in an index of the scene
+// Runs in the page, and returns the times in milliseconds and the number of triangles. A triangle is shown when it is in an index of the scene
 // and is not degenerate.
 async function load(kind, url) {
   const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js'), loader = new GLTFLoader();

@@ -2,7 +2,7 @@
 //
 //   node bench/web/webgpu.mjs [--quick] [--json FILE]
 //
-// VK_DRIVER_FILES names the driver. Times are those of the device's timestamps if it has some, and of the clock. If the processor runs the
+// VK_DRIVER_FILES names the driver. Times are the clock's, and the device's timestamps if it has some. If the processor runs the
 // shaders, small meshes are compared, and no time is printed. scripts/gpu-check runs it.
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';

@@ -104,7 +104,7 @@ def metadata():
 
 
 def tag():
-    """For this interpreter and this system. Modules have a suffix as .cpython-311-x86_64-linux-gnu.so or .cp311-win_amd64.pyd."""
+    """The wheel's tag for this interpreter and this system. Modules have a suffix as .cpython-311-x86_64-linux-gnu.so or .cp311-win_amd64.pyd."""
     abi = re.match(r"\.c(?:python-|p)(\w+?)-", sysconfig.get_config_var("EXT_SUFFIX"))
     if abi is None:
         sys.exit(f"gltf-psplit: {sys.implementation.name} is not CPython")
@@ -113,8 +113,8 @@ def tag():
 
 
 def macos():
-    """The oldest macOS that the module is for, and the architecture: those of this machine. Those of the interpreter may be two
-    architectures, and a system without the library of C++20."""
+    """The oldest macOS that the module is for, and the architecture. Both are this machine's, because the interpreter may be built
+    for two architectures, and for a system without the library of C++20."""
     major, minor = f"{os.environ.get('MACOSX_DEPLOYMENT_TARGET') or platform.mac_ver()[0]}.0".split(".")[:2]
     return f"{major}.{minor if int(major) < 11 else 0}", platform.machine()  # since 11, tags have the minor version 0
 

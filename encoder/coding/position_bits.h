@@ -13,7 +13,7 @@
 
 namespace psplit {
 
-// For meshes of few, long edges: Draco's own default.
+// Draco's own default, which meshes of few, long edges get.
 inline constexpr int kLeastBitsForEdges = 11;
 
 // The lengths of some edges of a mesh, evenly spread over its faces. The sample depends only on the faces and
@@ -62,7 +62,7 @@ int position_bits_for_step(const AttributeCoding& grid, double step);
 // coordinates.
 Expected<int> position_bits_for_error(const AttributeCoding& grid, double max_error);
 
-// With three digits.
+// The value as text with three digits.
 std::string rounded_text(double value);
 
 // How far a decoded position may be from its input: the length of grid_bound over all components.

@@ -20,7 +20,7 @@ namespace psplit {
 // kTextureError. Real meshes have some of each (docs/decisions.md).
 inline constexpr double kMostFlatFaces = 0.03, kMostCoinciding = 0.125, kMostEqualEnds = 0.05,
                         kMostMoved = 0.01;
-// In textures.
+// A share of a texture.
 inline constexpr double kTextureError = 1.0 / 512;
 
 // A mesh whose precision is guarded, as one or several parts.
@@ -37,7 +37,7 @@ struct GuardedMesh {
 struct PrecisionFinding {
   bool is_loss = false;    // the coding makes distinct values equal, or the attribute has no grid
   AttributeCoding better;  // one that does not, with few bits; 0 bits: only exact values do
-  std::string subject;     // what is lost ("3 of 9 faces")
+  std::string subject;     // the loss ("3 of 9 faces")
   std::string predicate;   // and how ("have no area"); empty if the attribute has no grid
   uint64_t values = 0;     // the number of floats
 };

@@ -218,7 +218,7 @@ void DeltaSample::choose(std::span<core::DeltaModel> deltas, const ThreadPool& p
 void DeltaSample::choose_reference(std::span<core::DeltaModel> deltas, size_t delta) const {
   core::DeltaModel& model = deltas[delta];
   const bool is_even = model.is_even;
-  // By earlier attribute: the sums of products and of squares. They are integers below 2^53.
+  // The sums of products with each earlier attribute, and of its squares. They are integers below 2^53.
   std::vector<double> products(delta), squares(delta);
   for_each_correction(delta, is_even, [&](const int32_t* corrections) {
     constexpr int32_t kWeight = 4096, kSmall = 4;

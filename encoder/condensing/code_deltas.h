@@ -10,7 +10,7 @@
 namespace psplit {
 
 // The attributes of a stream whose values may be deltas: generic ones of three integers in the table of the
-// first attribute, on a grid that has 0. Without references. Ascending by attribute.
+// first attribute, on a grid that has 0. They have no references yet, and ascend by attribute.
 std::vector<core::DeltaModel> possible_deltas(const DecodedSource& source, const DracoFields& fields);
 
 // Corrections of deltas and their neighbours at some vertices of the streams. References are chosen by them.

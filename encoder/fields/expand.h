@@ -16,8 +16,8 @@ struct CondensedPatch {
   std::span<const uint8_t> bytes;
   uint32_t skeleton = 0;  // its number in the head
   uint32_t face_count = 0, point_count = 0;
-  // With CondensedHead::has_borders: the values of the first attribute at the places of the stream's border
-  // walk, one component after the other.
+  // The values of the first attribute at the places of the stream's border walk, one component after the other,
+  // if CondensedHead::has_borders.
   std::span<const int32_t> known{};
 };
 

@@ -20,7 +20,7 @@ struct ValuesToCorrect {
   const core::Attribute<uint32_t>& attribute;
   core::Scheme scheme = core::Scheme::kNone;
   core::Transform transform = core::Transform::kWrap;
-  // Of the integer positions, for kTexCoords and kGeometricNormal.
+  // The integer positions, which kTexCoords and kGeometricNormal predict from.
   const core::Group<uint32_t>* position_group = nullptr;
   const core::Attribute<uint32_t>* positions = nullptr;
 };

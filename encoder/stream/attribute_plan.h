@@ -35,8 +35,8 @@ struct StreamTraits {
   uint32_t point_count = 0;  // of the mesh to encode, before vertices are split
   bool is_sequential = false;
   bool is_cloud = false;  // without faces
-  // Of the mesh's attributes. Attributes are then in the order of unique ids, and the stream uses the codings'
-  // grids. Empty: labels follow from glTF's semantics, and POSITION comes first.
+  // The labels of the mesh's attributes, if given. Attributes are then in the order of unique ids, and the
+  // stream uses the codings' grids. If empty, labels follow from glTF's semantics, and POSITION comes first.
   std::span<const DracoLabel> labels{};
 };
 
@@ -94,9 +94,9 @@ void append_prediction_grid(const AttributePlan& plan, std::vector<uint8_t>& out
 // Writes the transform from integers to values.
 void append_transform(const AttributePlan& plan, std::vector<uint8_t>& out);
 
-// The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams: for each attribute
-// data, which are the groups after the first at speeds below kSpeedOfOneTable, whether an edge is on a seam of
-// theirs; empty from that speed on.
+// The skeleton of an Edgebreaker stream without metadata (DracoFields::skeleton). has_seams says for each
+// attribute data whether any edge is on one of its seams. Below kSpeedOfOneTable each group after the first is
+// an attribute data; from that speed on there is none, and has_seams is empty.
 std::vector<uint8_t> edgebreaker_skeleton(std::span<const AttributePlan> plans, bool is_valence,
                                           std::span<const uint8_t> has_seams);
 

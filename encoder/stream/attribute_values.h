@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// `rows` are points of the mesh: those whose values are stored.
+// `rows` are the points of the mesh whose values are stored.
 
 // Sets the origin and the range of a plan for kQuantized as libdraco's encoder finds them in these values and
 // in the extremes of the coding's grid. They equal the coding's own if fit_grid made the coding for the whole

@@ -20,7 +20,7 @@ namespace psplit {
 struct DracoMesh {
   Mesh mesh;
   std::vector<DracoLabel> labels;  // of the mesh's attributes
-  // Of the mesh's attributes: points with the same value share it. Otherwise each point has a value of its own,
+  // Whether points with equal values of an attribute share one. Otherwise each point has a value of its own,
   // and two faces that share no point share no edge.
   std::vector<uint8_t> share_values;
 };

@@ -24,9 +24,9 @@ namespace psplit {
 struct SourceMesh {
   uint32_t point_count = 0;
   std::span<const std::array<uint32_t, 3>> faces;  // points
-  // By attribute with seams of its own (WeldedMesh::seams_of), in the order of the stream, POSITION first: for
-  // each point a number of its value. Numbers of POSITION are below point_count; others may be any. Equal
-  // numbers are equal values.
+  // For each attribute with seams of its own (WeldedMesh::seams_of), in the order of the stream, POSITION
+  // first, the number of each point's value. Numbers of POSITION are below point_count; others may be any.
+  // Equal numbers are equal values.
   std::span<const std::span<const uint32_t>> values;
   std::span<const std::array<uint32_t, 3>> neighbours{};  // as PatchMesh has them, or empty
 };

@@ -181,7 +181,7 @@ class Rows {
 class CutsInTurn {
  public:
   CutsInTurn(uint32_t axis_count, uint32_t bits) {
-    // Behind the last cut, all bits of the axes are known.
+    // After the last cut, all bits of the axes are known.
     for (uint32_t i = 0; i < axis_count * (bits + 1); ++i)
       cuts_.push_back({(i + 1) % axis_count, bits - i / axis_count});
   }

@@ -38,7 +38,7 @@ inline PatchMesh whole_mesh(const Mesh& mesh) {
 struct EncodedPatch {
   std::vector<uint8_t> bytes;
   size_t table_bytes = 0;  // of tables of probabilities, among the bytes
-  // In the order of the stream. Its attributes are there only if the caller wants their values.
+  // The faces and points in the order of the stream. It has attributes only if the caller wants their values.
   Mesh decoded;
   // For each decoded point the patch's point. A point occurs more than once if Edgebreaker has to split it.
   std::vector<uint32_t> patch_point;

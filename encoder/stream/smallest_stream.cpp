@@ -31,8 +31,8 @@ struct Choice {
   LevelBytes bytes{};
 };
 
-// What was tried for an attribute. Only the fields of the choice that is smallest at any level are kept: fields
-// take as much memory as the values.
+// The choices that were tried for an attribute. Only fields of a choice that is smallest at some level are
+// kept, because fields take as much memory as the values.
 struct Tried {
   std::vector<Choice> choices;
   size_t kept = 0;

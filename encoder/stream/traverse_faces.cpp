@@ -125,7 +125,7 @@ class FaceWalk {
     if (mark >= Face::kSplit) out_.split_events.push_back({id, mark - Face::kSplit, right_edge});
   }
 
-  // From the encoder's order to the decoder's.
+  // Turns the results from the encoder's order to the decoder's.
   void finish(const std::vector<uint32_t>& start_corners) {
     out_.symbols.resize(count_);
     std::ranges::reverse(out_.symbols);

@@ -158,8 +158,8 @@ class RestCompressor {
       auto& [index, chosen] = dense[i];
       const auto& [indices, values] = pairs.at(index);
       RestColumn column = dense_column(document_.records().accessor(index), *indices, *values);
-      // The bytes that "sparse" takes in a GLB's JSON beyond those of "bufferView", and the bytes at the end of
-      // each stream.
+      // "sparse" takes kSparseJson bytes more than "bufferView" in a GLB's JSON. Each stream ends in kTail
+      // bytes.
       constexpr size_t kSparseJson = 100, kTail = 32;
       if (bytes_alone(column) + kTail <= bytes_alone(*indices) + bytes_alone(*values) + kSparseJson)
         chosen = std::move(column);
@@ -268,7 +268,7 @@ class RestCompressor {
     return index;
   }
 
-  // Bounds that are stated follow the values of vertices. Others need none.
+  // Bounds that an accessor of vertices states become the bounds of its new values. Other bounds are dropped.
   Status set_bounds_of(int64_t index, bool is_of_vertices) {
     const auto accessor = [&]() -> Json& { return document_.json()["accessors"][static_cast<size_t>(index)]; };
     const bool has_bounds = field(accessor(), "min") != nullptr || field(accessor(), "max") != nullptr;

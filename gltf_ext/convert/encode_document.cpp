@@ -441,8 +441,8 @@ uint64_t bytes_of_targets(const Document& input, const EncodeJob& job) {
   return bytes;
 }
 
-// Primitives that share grids are to move alike. Warns of those whose morph targets stay exact beside rounded
-// ones.
+// Primitives that share grids are to move alike. Warns of primitives whose morph targets stay exact while
+// others of their group are rounded.
 void warn_of_exact_targets(const Document& document, std::span<const EncodeJob> jobs, const GridGroups& groups,
                            EncodeReports& reports) {
   struct Rounded {
@@ -484,7 +484,7 @@ void warn_of_exact_targets(const Document& document, std::span<const EncodeJob> 
   }
 }
 
-// `jobs` and `large` are those in memory and in parts.
+// `jobs` are encoded in memory, `large` in parts.
 EncodeReports reports_of_input(const Document& input, const SkippedPrimitives& skipped,
                                std::span<const EncodeJob> jobs, std::span<const EncodeJob> large) {
   EncodeReports reports;
@@ -524,7 +524,8 @@ std::vector<PrimitiveReport> leave_asset(EncodeReports reports, uint64_t before,
   return list;
 }
 
-// PatchTarget::count is of all primitives together, also of those in parts, which have theirs already.
+// PatchTarget::count counts the patches of all primitives. Primitives in parts have theirs already; the others
+// share the rest.
 void share_patches(const PatchTarget& target, std::span<const EncodeJob> large, std::vector<EncodeJob>& jobs) {
   if (target.count == 0 || large.empty()) return;
   std::vector<uint64_t> faces;

@@ -37,7 +37,7 @@ struct AssetCounts {
   uint64_t values = 0;  // bytes of all attributes of all points, with 4 bytes for a number
   uint64_t bytes = 0;   // of the file that memory holds unchanged
 };
-// An upper bound of the bytes that the asset takes, without those of the process.
+// An upper bound of the bytes that the asset takes, without the memory of the process.
 uint64_t bytes_in_memory(MemoryUse use, const AssetCounts& counts);
 
 // How encoding in parts uses the memory of the process.
@@ -54,7 +54,7 @@ struct MemoryPlan {
              uint64_t patch_faces = 0);
 };
 
-// Decoding into a file goes window by window. Of a face of one: its results, its stream and its references.
+// The bytes of a face in a window, if a file is decoded window by window: its results, stream and references.
 inline constexpr uint64_t kWindowFace = 128;
 
 // Of a face of two assets that are compared in memory: the mesh, and the tables of the matching.

@@ -11,7 +11,7 @@
 
 namespace psplit {
 
-// By the group of primitives that share grids (GridGroups): the grid of positions.
+// The grid of positions of each group of primitives that share grids (GridGroups).
 std::map<size_t, AttributeCoding> position_grids(std::span<EncodeJob> jobs, const GridGroups& groups);
 
 // Rounds the positions of primitives that stay plain to the grid of their group, so that surfaces that touched

@@ -93,7 +93,7 @@ class UseFinder {
           add(attribute.accessor,
               {RestView::kVertices,
                is_plain ? of_attribute(primitive, attribute.semantic, step) : RestPrecision(), 1});
-      // What streams store may have a fallback in buffer views, which stays equal to it.
+      // Attributes in streams may have a fallback in buffer views, which keeps their values.
       for (size_t t = 0; t < primitive.targets.size(); ++t)
         for (const AttributeRecord& attribute : primitive.targets[t])
           if (draco == nullptr || !draco->stores(name_of_target(t, attribute.semantic)))

@@ -16,7 +16,7 @@ struct RestPrecision {
     kBits,      // floats to that many bits, with the sign, of the largest of an accessor
     kStep,      // floats to multiples of 2^value
     kRotation,  // quaternions to numbers of that many bits
-    kTurn,      // the same of a track, between whose keys loaders turn the shorter way
+    kTurn,      // as kRotation, for a track between whose keys loaders turn the shorter way
   };
   Kind kind = Kind::kExact;
   int value = 0;
@@ -42,7 +42,7 @@ struct RestUse {
   friend bool operator==(const RestUse&, const RestUse&) = default;
 };
 
-// By the index of the accessor. Accessors are left out if unknown data may name them, if only a fallback or
+// The uses of accessors, by index. Accessors are left out if unknown data may name them, if only a fallback or
 // coarse primitives use them, or if their uses are incompatible.
 std::map<int64_t, RestUse> rest_uses(const Document& document, const EncodeDocumentOptions& options,
                                      const ThreadPool& pool);

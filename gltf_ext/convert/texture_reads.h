@@ -20,7 +20,7 @@ void collect_texture_reads(const Json& tree, TextureReads& reads);
 // The materials of the primitive and of its variants.
 std::set<int64_t> materials_of(const Json& primitive);
 
-// For TEXCOORD_n: the largest factor with which a material of one of the primitives enlarges it. At least 1.
+// For each TEXCOORD_n, the largest factor, 1 or more, by which a material of one of the primitives enlarges it.
 std::map<std::string, double> texture_scales(const Document& document, std::span<const PrimitiveId> ids);
 
 }  // namespace psplit

@@ -166,7 +166,7 @@ std::vector<Finding> check_coarse(const Document& document, const DecodeBackend&
   return findings;
 }
 
-// The findings of all primitives, or only of those in patches, and of the lists.
+// The findings of all primitives, or of primitives in patches alone, and of the lists.
 std::vector<Finding> find_all(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
                               const MemoryLimit& limit, ValueWarnings warnings, bool only_patches) {
   if (const Status status = document.check(); !status.ok())

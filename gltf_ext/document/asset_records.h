@@ -113,7 +113,7 @@ struct AttributeRecord {
   std::string semantic;
   int64_t accessor = -1;
 
-  // Not by <=>, which strings do not have in every standard library.
+  // <=> would be shorter, but strings lack it in some standard libraries.
   friend bool operator==(const AttributeRecord& a, const AttributeRecord& b) {
     return a.semantic == b.semantic && a.accessor == b.accessor;
   }

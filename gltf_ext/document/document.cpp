@@ -171,7 +171,7 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   Document document;
   document.source = source;
   document.from_glb = is_glb(file);
-  // Of binary data, the parser of JSON would name some accident.
+  // The parser of JSON would report a character of binary data, which helps nobody.
   if (!begins_as_gltf(file)) return invalid_input("not glTF: neither a GLB nor JSON");
   if (!source.empty() && source != "-") document.files.push_back(source);
   GlbChunks chunks{file, std::nullopt};

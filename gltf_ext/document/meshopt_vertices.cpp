@@ -86,7 +86,7 @@ using Planes = std::array<Plane, kChannelBytes>;
 
 class Decoder {
  public:
-  // Without the tail.
+  // `bytes` end before the tail of the stream.
   explicit Decoder(std::span<const uint8_t> bytes) : bytes_(bytes) {}
 
   bool is_at_end() const { return bytes_.empty(); }

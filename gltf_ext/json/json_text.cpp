@@ -102,7 +102,7 @@ std::string place_in(std::string_view text, size_t at) {
   return "line " + std::to_string(lines + 1) + ", column " + std::to_string(before.size() - line_begin + 1);
 }
 
-// Writes JSON as nlohmann's library does, which looks at each character of a string.
+// Writes the text that nlohmann's library writes, but faster: the library looks at each character of a string.
 class TextWriter {
  public:
   // `indent` spaces for each level; all in one line if it is negative.
@@ -174,8 +174,8 @@ class TextWriter {
     text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
   }
 
-  // The fewest digits that give the number back, placed as nlohmann's library places its digits: those of one
-  // number in some thousand are more, and an asset that stays as it is would grow.
+  // Writes the fewest digits that give the number back, in the layout of nlohmann's library. That library
+  // writes more digits for one number in some thousand, so an asset that stays as it is would grow.
   void add_float(double number) {
     if (!std::isfinite(number)) {
       text_ += "null";

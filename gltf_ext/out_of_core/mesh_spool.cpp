@@ -293,8 +293,7 @@ Status MeshSpool::add_zero_facet(const Facet& facet) {
   return soup_sums_.size() > options_.most_zero_normals ? too_many_zero_normals() : Status();
 }
 
-// Some facets have a normal: now the sums of those in the files that have none are needed. Their normals are
-// zeros there.
+// Some facets have a normal, so facets without one need the sums, too. The files have zeros as their normals.
 Status MeshSpool::add_zero_facets(bool are_all_zero) {
   for (uint32_t point = 0; point < point_count_; point += 3) {
     Facet facet{};

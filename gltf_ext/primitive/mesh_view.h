@@ -12,7 +12,7 @@
 namespace psplit {
 
 MeshView view_of(const Mesh& mesh);
-// The indices with the component type of a new accessor: those of the mesh, which must outlive them, or
+// The indices with the component type of a new accessor. They are the mesh's own, which must outlive this, or
 // narrower copies.
 class IndexData {
  public:
@@ -34,11 +34,11 @@ Json append_primitive(Document& document, Mesh mesh, bool are_points = false);
 // A mesh laid out as PrimitiveEditor stores it: the attributes, then the indices, each on a 4-byte boundary.
 struct LaidOutMesh {
   MeshView view;
-  PrimitiveBuffers buffers;       // the same memory, to be written
+  PrimitiveBuffers buffers;       // the memory of `view`, to be written
   std::vector<uint64_t> offsets;  // in the memory, of each attribute, then of the indices
   uint64_t end = 0;
 };
-// From the offset `begin` of `memory` on. Without memory, only offsets and end are known.
+// Lays a mesh out in `memory` from the offset `begin` on. Without memory, only offsets and end are known.
 LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
                     uint64_t begin, std::span<uint8_t> memory);
 

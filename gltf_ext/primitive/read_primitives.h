@@ -36,7 +36,7 @@ struct MorphAttribute {
   bool sparse = false;  // its accessor is sparse, or has no buffer view
 };
 // All attributes of all morph targets that accessors have, in the order of the primitive's `targets`. If
-// `point_count` is given, another count is kInvalidInput. Those in a container come with its mesh
+// `point_count` is given, another count is kInvalidInput. Targets in a container come with its mesh
 // (name_of_target).
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count = {});

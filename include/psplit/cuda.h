@@ -60,8 +60,9 @@ struct CudaAttribute {
   uint8_t component_count = 3;
   void* values = nullptr;  // on the device: the first point's
   uint32_t stride = 0;     // bytes from one point to the next
-  // On the device, or null. Receives the grid: the float at place 0 of each component, and then the step from
-  // one place to the next. It is kInvalidInput if a patch has another grid than the first written patch.
+  // Memory of the device that receives the grid, or null: the float at place 0 of each component, and then the
+  // step from one place to the next. It is kInvalidInput if a patch has another grid than the first written
+  // one.
   float* grid = nullptr;
 };
 
@@ -192,7 +193,7 @@ class PSPLIT_EXPORT CudaBatch {
   // a patch needs more memory than was planned, which only patches with unrequested attributes do; CudaDecoder
   // can decode these.
   Status finish();
-  // After finish: the first error of the primitive. Before: its error if the request is impossible.
+  // Returns the first error of the primitive after finish, and before it an error if the request is impossible.
   Status status(size_t primitive) const;
   // After finish: the number of points of a stock Draco stream; 0 after an error.
   uint32_t point_count(size_t primitive) const;

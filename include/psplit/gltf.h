@@ -130,7 +130,8 @@ struct PrimitiveReport {
   std::vector<std::string> notes;               // how its precision was kept, and at what cost
   std::vector<std::string> warnings;            // what was lost
   std::vector<std::string> dropped_attributes;  // its attributes that EncodeDocumentOptions::skip left out
-  // Those that kUnusedAttributes would leave out too, if it has a material and nothing of it was left out.
+  // Attributes that kUnusedAttributes would leave out. Empty if the primitive has no material, or if any of its
+  // attributes was left out.
   std::vector<std::string> unused_attributes;
   StoredAs stored_as = StoredAs::kAsItWas;
   // An earlier primitive has the same geometry, which is stored once: sums leave this primitive's bytes out.

@@ -262,8 +262,8 @@ PSPLIT_API int32_t psplit_mesh_find_name(const psplit_mesh* mesh, const char* na
 PSPLIT_API int32_t psplit_mesh_find_id(const psplit_mesh* mesh, uint32_t unique_id);
 PSPLIT_API int32_t psplit_mesh_find_semantic(const psplit_mesh* mesh, psplit_semantic semantic, uint32_t skip);
 
-// How the values of an attribute are stored. With 0 bits: exactly. With bits but without an origin: as unit
-// vectors on an octahedral grid. With an origin: value = origin + i * range / (2^bits - 1).
+// How the values of an attribute are stored. With 0 bits, they are exact. With bits but without an origin, they
+// are unit vectors on an octahedral grid. With an origin, value i is origin + i * range / (2^bits - 1).
 typedef struct psplit_quantization {
   uint32_t struct_size;
   int32_t bits;  // of a component

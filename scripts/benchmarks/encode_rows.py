@@ -38,7 +38,7 @@ def run(words):
 
 
 def count_instructions(words, folder, part=None):
-    """Millions of instructions of a command and its children; and those of the function `part` with all that it calls."""
+    """Millions of instructions of a command and its children, and of the function `part` with all that it calls."""
     done = subprocess.run(["valgrind", "--tool=callgrind", "--trace-children=yes",
                            f"--callgrind-out-file={folder / 'count.%p'}", *map(str, words)],
                           cwd=folder, capture_output=True, text=True)
@@ -77,7 +77,7 @@ def compare_on_mesh(mesh, psplit, before, rounds, instructions):
 
 
 def count_for_small_assets(psplit):
-    """Millions of instructions that one more asset of a batch takes: those of bench/small_assets, on one thread."""
+    """Millions of instructions that one more asset takes in a batch of the assets of bench/small_assets, on one thread."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
         (folder / "in").mkdir()

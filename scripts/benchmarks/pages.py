@@ -15,6 +15,11 @@ def table(head, rows, left=1):
     return lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]
 
 
+def rows_by_subject(rows_of):
+    """{subject: rows} as rows of one table, whose first cell names the subject where it begins."""
+    return [["" if i else subject, *row] for subject, rows in rows_of.items() for i, row in enumerate(rows)]
+
+
 def extremes(rows, value, count=10):
     """The `count` rows of the least values and the `count` rows of the greatest, in that order; all rows if there are no more."""
     ordered = sorted(rows, key=value)

@@ -22,7 +22,7 @@ def add_meshoptimizer_option(parser):
 
 
 def builds_by_meshoptimizer(targets, prefixes):
-    """The folders of programs that are built with the system's meshoptimizer, and with each of those in `prefixes`."""
+    """The folders of programs that are built with the system's meshoptimizer, and with each meshoptimizer that `prefixes` name."""
     folders = [build(targets, "-DPSPLIT_CUDA=OFF")]
     for number, prefix in enumerate(prefixes):
         folders.append(build(targets, "-DPSPLIT_CUDA=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_BUILD_C=OFF",

@@ -82,7 +82,7 @@ def way_of(split):
 
 
 def contenders(report):
-    """Of one report of `compare`: the rows of a table, as {name: (bytes, milliseconds on one thread, on several or None)}."""
+    """The rows of a table of one report of `compare`, as {name: (bytes, milliseconds on one thread, on several or None)}."""
     stock = report["stock"]
     rows = {f"libdraco, one stream a primitive, speed {stock['speed']}": (stock["bytes"], stock["decode_ms"], None)}
     for split in report["splits"]:
@@ -104,14 +104,17 @@ def spreads_of(report):
 
 
 def summarize(reports):
-    """Of several reports of one asset, by builds with different meshoptimizers and in several rounds, rows of a table: name, bytes,
+    """The rows of a table of several reports of one asset, by builds with different meshoptimizers in several rounds: name, bytes,
     bytes over stock Draco's, and milliseconds on one thread, over stock Draco's of the same report, and on several threads. Times
-    are medians of the reports; ratios are medians of the reports' ratios."""
-    rows = {}
+    are medians of the reports; ratios are medians of the reports' ratios. Of meshoptimizer, rows have the newest, of the last
+    report, with zstd or brotli, as a server sends its bytes."""
+    rows, newest = {}, contenders(reports[-1])
     for report in reports:
         of_report = contenders(report)
         stock = next(iter(of_report.values()))
         for name, (size, one, many) in of_report.items():
+            if name.startswith("meshoptimizer") and (name not in newest or not name.endswith(tuple(kForms.values()))):
+                continue
             row = rows.setdefault(name, {"bytes": size, "of_stock": size / stock[0], "one": [], "ratio": [], "many": []})
             row["one"].append(one)
             row["ratio"].append(one / stock[1])
@@ -144,7 +147,7 @@ def newest_rival(reports):
 
 # ---- First decodes: rounds of {decoder: a line of first_decode} ----
 
-kMoments = ("first_ms", "second_ms", "warm_ms", "woken_ms")
+kMoments = ("first_ms", "warm_ms", "woken_ms")
 
 
 def median_ratio(rounds, over, under, moment):
@@ -152,10 +155,12 @@ def median_ratio(rounds, over, under, moment):
 
 
 def first_decode_rows(rounds):
-    """For each decoder: milliseconds, those of libdraco's of the same round, and page faults; all medians."""
+    """For each decoder, of meshoptimizers the newest: milliseconds, their ratios to libdraco's in the same round, and page faults; all medians."""
+    *others, newest = rounds[0]
     return [[name, *(f"{statistics.median(of[name][moment] for of in rounds):.2f}" for moment in kMoments),
-             *(f"{median_ratio(rounds, name, 'libdraco', moment):.2f}" for moment in ("first_ms", "warm_ms", "woken_ms")),
-             f"{statistics.median(of[name]['faults'] for of in rounds):,.0f}"] for name in rounds[0]]
+             *(f"{median_ratio(rounds, name, 'libdraco', moment):.2f}" for moment in kMoments),
+             f"{statistics.median(of[name]['faults'] for of in rounds):,.0f}"]
+            for name in [*(name for name in others if not name.startswith("meshoptimizer")), newest]]
 
 
 def first_decode_findings(results):

@@ -15,7 +15,7 @@ kLinked = {
     "libzstd-dev": "BSD-3-Clause OR GPL-2.0-only",
     "zlib1g-dev": "Zlib",
 } | kHeaders
-# In that for Windows.
+# Linked in the command for Windows.
 kLinkedOnWindows = {
     "mingw-w64-x86-64-dev": "ZPL-2.1",
     "gcc-mingw-w64-x86-64-posix-runtime": "GPL-3.0-or-later WITH GCC-exception-3.1",
@@ -26,7 +26,7 @@ kLinkedInWheel = {
     "nlohmann-json3-dev": "MIT",
     "pybind11-dev": "BSD-3-Clause",
 }
-# In the WebAssembly modules of the npm package.
+# Linked in the WebAssembly modules of the npm package.
 kLinkedInModules = {
     "libc++-dev-wasm32": "Apache-2.0 WITH LLVM-exception",
 }
@@ -51,7 +51,7 @@ def address(package, version, architecture):
 
 
 def document(archive, version, architecture, licence_of, packages, meshoptimizer_version, epoch, home, name="gltf-psplit"):
-    """SPDX's JSON for a package. `licence_of`: one of those above. `packages`: {Debian package: version}. `home`: the project's
+    """SPDX's JSON for a package. `licence_of`: one of the tables above. `packages`: {Debian package: version}. `home`: the project's
     address, beside which `home`.git is the repository."""
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     created = datetime.datetime.fromtimestamp(epoch, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -58,7 +58,7 @@ def disagreements():
 
 
 def changelog_entry(new):
-    """Of Debian's package: its first revision. Its date is $SOURCE_DATE_EPOCH or now."""
+    """The changelog entry of the first revision of Debian's package. Its date is $SOURCE_DATE_EPOCH or now."""
     seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or datetime.datetime.now().timestamp())
     date = email.utils.format_datetime(datetime.datetime.fromtimestamp(seconds, datetime.timezone.utc))
     return f"psplit ({new}-1) unstable; urgency=medium\n\n  * Version {new}; CHANGELOG.md says what changed.\n\n" \

@@ -56,21 +56,18 @@ def run_name(coding, refined):
 
 
 def decoders(results):
-    """The timed decoders, (backend, threads). The last one is the one of trends and charts."""
+    """The timed decoders, (backend, threads), each on all threads. Trends and charts show the last one."""
     run = results["models"][kModels[0].name]["runs"]["lossless"]
     rows = [(row["backend"], row["threads"]) for row in run["splits"][0]["decode"] if row["backend"] != "draco"]
-    cpu = sorted(row for row in rows if row[0] == "cpu")
-    cuda = sorted(row for row in rows if row[0] == "cuda")
-    return cpu + cuda[-1:]
+    return [max(row for row in rows if row[0] == backend) for backend in ("cpu", "cuda") if backend in dict(rows)]
 
 
 def decoder_name(backend, threads):
     return "GPU" if backend == "cuda" else f"CPU, {threads} thread" + ("s" if threads > 1 else "")
 
 
-def timing(median, low, high):
-    digits = 1 if median >= 10 else 2
-    return f"{median:.{digits}f} ms, {low:.{digits}f}–{high:.{digits}f}"
+def timing(median):
+    return f"{median:.{1 if median >= 10 else 2}f} ms"
 
 
 def decode_of(split, decoder):
@@ -90,11 +87,11 @@ def speed_rows(results):
                 run = runs[run_name(coding, refined)]
                 stock = run["stock"]
                 for i, decoder in enumerate(decoders(results)):
-                    whole = timing(stock["decode_ms"], stock["decode_min_ms"], stock["decode_max_ms"]) if i == 0 else ""
+                    whole = timing(stock["decode_ms"]) if i == 0 else ""
                     cells = []
                     for split in run["splits"]:
                         row = decode_of(split, decoder)
-                        cells.append(f"{row['speedup']:.2f}x ({timing(row['median_ms'], row['min_ms'], row['max_ms'])})")
+                        cells.append(f"{row['speedup']:.2f}x ({timing(row['median_ms'])})")
                     yield [title, f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
                     title = ""
 
@@ -103,13 +100,11 @@ def cut_rows(results):
     for model in kModels:
         for name, run in results["models"][model.name]["runs"].items():
             if name.startswith("quantized"):
-                continue  # the same patches
+                continue  # its patches are those of lossless
             title = model.title + (", unprocessed" if "unprocessed" in name else "")
-            for i, split in enumerate(run["splits"]):
-                yield ["" if i else title, f"{split['patches']:,}", f"{split['patch_faces']:,.0f}",
-                       f"{100 * split['replication']:.1f} %", f"{split['balance']:.3f}",
-                       f"{split['partition_ms'] / 1000:.2f} s", f"{split['encode_ms'] / 1000:.2f} s",
-                       f"{run['stock']['encode_ms'] / 1000:.2f} s" if i == 0 else ""]
+            middle = run["splits"][len(run["splits"]) // 2]
+            yield [title, *(f"{100 * split['replication']:.1f} %" for split in run["splits"]), f"{middle['partition_ms'] / 1000:.2f} s",
+                   f"{middle['encode_ms'] / 1000:.2f} s", f"{run['stock']['encode_ms'] / 1000:.2f} s"]
 
 
 def patches_header(results):
@@ -125,8 +120,9 @@ def speed_table(results):
 
 
 def cut_table(results):
-    return table(["model", "patches", "faces a patch", "replication", "balance", "partition", "encoding in all",
-                  "sequential encoding"], list(cut_rows(results)))
+    counts = [f"{count:,}" for count in results["patches"]]
+    return table(["model", f"replication, {counts[0]} patches", *counts[1:], f"partition, {counts[len(counts) // 2]} patches",
+                  "encoding in all", "sequential encoding"], list(cut_rows(results)))
 
 
 def trend_lines(results):
@@ -176,7 +172,7 @@ def method_lines(results):
            + (", including transfers to and from the device. The paper's time is of the decompression on the GPU alone."
               if machine["gpu"] else "."))
     rounds = f"{results['repeat']} interleaved rounds" if results["repeat"] != 1 else "One interleaved round"
-    yield (f"{rounds} after a warm-up round, in one process for each model and coding: the median, the least and the greatest time.")
+    yield (f"{rounds} after a warm-up round, in one process for each model and coding; times are medians.")
 
 
 def prose(words):
@@ -192,7 +188,7 @@ def page(results, chart=None):
     machine = results["machine"]
     gpu = machine["gpu"]
     whose = f"those of the GPU, {gpu}, beside the CPU backend's" if gpu else \
-        f"those of the CPU backend, on all {machine['threads']} threads and on one, because there was no CUDA device"
+        f"those of the CPU backend, on {machine['threads']} threads, because there was no CUDA device"
     scaled = "" if results["faces_scale"] == 1 else (
         f"\n**Not the paper's sizes:** models and numbers of patches are {results['faces_scale']:g} times as large.\n")
     stand_ins = "" if all("stand-in" not in entry["source"] for entry in results["models"].values()) else "\n" + prose(

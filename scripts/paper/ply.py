@@ -47,8 +47,8 @@ def swap_records(body, at, count, fields):
 
 
 def to_little_endian(data):
-    """The same file in little-endian order. A list must be the only property of its element, and all lists must be as long as
-    the first, as those of triangles are."""
+    """Converts a big-endian PLY file to little-endian order. A list must be the only property of its element, and all lists must
+    have the length of the first, as lists of triangles have."""
     length, elements = parse_header(data)
     header = data[:length].replace(b"binary_big_endian", b"binary_little_endian")
     body = bytearray(data[length:])

@@ -17,15 +17,16 @@ namespace psplit {
 class BorderValues {
  public:
   BorderValues() = default;
-  // Of all patches. Errors: kInvalidInput, with the first patch whose part is invalid as its place.
+  // Decodes the values of all patches. Errors: kInvalidInput, with the first patch whose part is invalid as its
+  // place.
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
   // Decodes values for some patches: only their border parts, and the parts of the patches that own their
   // shared values. Only the streams and the headers of these need to be there.
   static Expected<BorderValues> decode(const PatchContainer& container, std::span<const uint32_t> some);
   // Of one patch, or of the residue, which has none.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);
-  // Of the patches [first, end), in the same way. If all headers are read, fails only if all patches together
-  // fail, with their error. Otherwise the headers before `end` are read.
+  // Decodes values for the patches [first, end) like the function above. If all headers are read, fails only if
+  // all patches together fail, with their error. Otherwise the headers before `end` are read.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t first, uint32_t end,
                                        const ThreadPool& pool);
 
@@ -46,7 +47,7 @@ class BorderValues {
   size_t slot_of(uint32_t patch) const;
 
   std::vector<uint32_t> patches_;  // in ascending order; a patch's place among them is its slot
-  // By slot.
+  // These have an element for each slot.
   std::vector<core::WalkValues> walks_;
   std::vector<core::SectionReader> behind_parts_;
   // The walks are views of these.

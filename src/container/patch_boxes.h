@@ -30,7 +30,7 @@ void extend(PatchBox& box, const std::byte* position, ComponentType type, bool n
 // them. The rounding of the box's own bounds does not count.
 std::optional<size_t> axis_outside(const PatchBox& box, const PatchBox& positions);
 
-// Faces and points of a mesh that follow each other: of one stream, its faces and the points that it owns.
+// The range of a mesh's faces and points that belong to one stream: its faces, and the points that it owns.
 struct StreamPlace {
   size_t first_face = 0, end_face = 0;
   uint32_t first_point = 0, end_point = 0;

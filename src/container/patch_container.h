@@ -58,20 +58,21 @@ struct PatchContainer {
   std::vector<uint32_t> owned_base;
   // face_base[i] is the number of the first face of entry i; the last element is the total of faces.
   std::vector<uint32_t> face_base;
-  // Of a patch alone: the values at its border, if its header refers to them.
+  // The values at the border of a patch that is alone, if its header refers to them.
   std::shared_ptr<const BorderValues> borders;
   // What the condensed streams have in common; null if no stream is condensed. Their headers refer to it.
   std::shared_ptr<const CondensedHead> head;
   uint64_t header_bytes = 0;  // of header, directory and head
   uint32_t head_bytes = 0;
 
-  // Without the residue. Functions that take a patch take the residue as well: it comes after the patches.
+  // The number of patches without the residue. Functions that take a patch take the residue as well: it comes
+  // after the patches.
   uint32_t patch_count() const { return static_cast<uint32_t>(entries.size()) - (has_residue ? 1 : 0); }
   uint32_t point_count() const { return owned_base.back(); }
   uint32_t face_count() const { return face_base.back(); }
   uint64_t stitch_bytes() const;
   uint64_t stream_bytes() const;
-  // Of the whole container.
+  // The bytes of the whole container.
   uint64_t total_bytes() const { return header_bytes + stitch_bytes() + stream_bytes(); }
   uint64_t reference_count() const;
   uint32_t condensed_count() const;  // of the streams
@@ -87,7 +88,7 @@ struct PatchContainer {
   // headers that were read already. Errors: the first invalid header's, with the patch as their place.
   Status read_headers(uint64_t arrived);
 
-  // For the core's readers of the stitch map.
+  // The core's readers of the stitch map take this.
   core::StitchRow stitch_row(uint32_t patch) const;
 
   // One patch as a container of its own, with all its points. A residue has the faces that its row counts. A

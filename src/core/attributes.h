@@ -42,15 +42,15 @@ struct Attribute {
   // points to its bytes in the stream, in the order of the group's sequence.
   View<int32_t> values;
   const uint8_t* raw = nullptr;
-  // For kQuantized and kNormal: bits of a component. For kQuantized: the range of all components, and the
-  // origin, a float for each component in the stream.
+  // The bits of a component, if kQuantized or kNormal; and if kQuantized, the range of all components, and the
+  // origin, which has a float for each component in the stream.
   uint8_t bits = 0;
   const uint8_t* origin = nullptr;
   float range = 0;
 
   PSPLIT_HD uint32_t value_components() const { return coding == Coding::kNormal ? 2 : components; }
   PSPLIT_HD uint32_t stride() const { return data_type_bytes(type) * components; }
-  // For kQuantized: the distance from one place on the grid to the next.
+  // The distance from one place on the grid to the next, if kQuantized.
   PSPLIT_HD float step() const { return range / static_cast<float>((1u << bits) - 1); }
 };
 

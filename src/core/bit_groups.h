@@ -9,7 +9,7 @@
 
 namespace psplit::core {
 
-// At least 57 bits, from bit `at` on. Past the end they are 0.
+// Reads at least 57 bits from bit `at` on. Bits past the end are 0.
 PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at) {
   const uint64_t byte = at / 8;
   const int shift = static_cast<int>(at % 8);

@@ -6,7 +6,7 @@
 
 namespace psplit::core {
 
-// From the header of a stream.
+// The counts in the header of a stream.
 struct ConnectivityCounts {
   uint32_t face_count = 0;
   uint32_t vertex_limit = 0;  // encoded vertices, and one for each S

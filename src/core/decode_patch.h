@@ -65,7 +65,7 @@ class PatchDecoder {
   PSPLIT_HD View<CondensedSeamSteps> condensed_seams() const {
     return condensed_only(seams_.condensed_steps());
   }
-  // At Stop::kSeams, after its steps: a byte for each inner edge.
+  // A byte for each inner edge, at Stop::kSeams after its steps.
   PSPLIT_HD View<const uint8_t> seam_flags(uint32_t attribute_data) const {
     return seams_.seams_of(attribute_data);
   }

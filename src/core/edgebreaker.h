@@ -134,7 +134,7 @@ class FaceRows<Index, false> {
   PSPLIT_HD void attach(uint32_t c0, uint32_t active, uint32_t b, uint32_t if_c, uint32_t if_r) {
     const uint32_t c2 = c0 + 2, unused = c0 + 3;
     link(opposite_, active, c0 + 1 - if_r);
-    // For L and R in place of b and c2: the unused fourth corner of the face, twice.
+    // L and R link the unused fourth corner of the face with itself, in place of b and c2.
     const uint32_t across = select(if_c, b, unused);
     opposite_[across] = static_cast<Index>(c2);
     opposite_[unused + if_c] = static_cast<Index>(across);

@@ -88,7 +88,7 @@ class Valences {
     return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3);
   }
 
-  // The number of a vertex's valence among those from kLowest to kHighest.
+  // The class of a vertex: its valence, at least kLowest and at most kHighest, minus kLowest.
   PSPLIT_HD uint32_t class_of(uint32_t vertex) const {
     const uint32_t valence = of_[vertex];
     return (valence < kLowest ? kLowest : valence > kHighest ? kHighest : valence) - kLowest;

@@ -25,7 +25,7 @@ PSPLIT_HD PSPLIT_INLINE void renew_steps(Run& run) {
 // them in `left`, which has room for kRuns. A run has step() and steps_left(), which may be 0 before all steps
 // are taken if it has renew(). If a step has several dependent parts, it has begin_step(), and step_part() for
 // each of its kParts, instead of step(): then the parts of all runs are taken in turn. Each run is copied to a
-// Run, whose state may be kept in registers, and assigned back when one of those in turn ends.
+// Run, whose state may be kept in registers, and assigned back when a run of the kRuns in turn ends.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD uint32_t step_most(T* const* runs, uint32_t count, T** left) {
   uint32_t live = 0;

@@ -78,7 +78,7 @@ class IntegerDecoder {
     return Arena::bytes<int32_t>(value_count * components + attributes) + values + table_bytes - smaller +
            attributes * (Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
   }
-  // Continues reading after the symbols. For `corner_limit` see PredictionData::read.
+  // Continues reading after the symbols. PredictionData::read describes `corner_limit`.
   PSPLIT_HD Fault read_prediction(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
     return reader.truncated() ? Fault::kTruncated : data_.read(reader, corner_limit, arena);
   }
@@ -154,8 +154,9 @@ class IntegerDecoder {
   }
 
  private:
-  // With 16-bit numbers, values are where the tables of their symbols were: a device decodes thousands of such
-  // streams at once. With 32-bit numbers, values may rather be where traversals were, which take more.
+  // Values of streams with 16-bit numbers take the memory of the tables of their symbols, because a device
+  // decodes thousands of such streams at once. With 32-bit numbers, values take the memory of traversals, which
+  // is larger.
   static constexpr bool kValuesReplaceTables = sizeof(Index) == 2;
 
   PSPLIT_HD static constexpr uint32_t zero_count(uint32_t components) {

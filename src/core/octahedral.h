@@ -167,7 +167,7 @@ class OctahedralGrid {
     const uint32_t below = static_cast<uint32_t>(at.t < 0), left = static_cast<uint32_t>(at.s < 0);
     return core::select(mask(at.s > 0), 2 - below, core::select(mask(at.t > 0), 3, below & (left ^ 1)));
   }
-  // After 0, 1, 2 and 3 quarter turns: (s, t), (t, -s), (-s, -t), (-t, s).
+  // Turns a place by 0, 1, 2 or 3 quarters: (s, t), (t, -s), (-s, -t), (-t, s).
   PSPLIT_HD static Vec2 turned(Vec2 at, uint32_t turns) {
     const auto s = static_cast<uint32_t>(at.s), t = static_cast<uint32_t>(at.t);
     const uint32_t is_odd = 0 - (turns & 1);

@@ -27,8 +27,8 @@ struct Patch {
     return nullptr;
   }
 
-  // Writes an attribute's values by point. For `type`, kAligned and `place_of` see ValueWriter. Not collective:
-  // each lane writes its points.
+  // Writes an attribute's values by point. ValueWriter describes `type`, kAligned and `place_of`. Not
+  // collective: each lane writes its points.
   template <bool kAligned = false, Lanes L, typename PlaceOf>
   PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, DataType type,
                               PlaceOf place_of) const {
@@ -51,8 +51,8 @@ struct Patch {
   PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
     write_values(SerialLanes(), attribute, attribute.type, place_of);
   }
-  // The same for an attribute that is not kRaw. vertices[point] is the point's vertex in the attribute's table:
-  // several attributes of a group are written faster if these are found once.
+  // Like write_values, for an attribute that is not kRaw. vertices[point] is the point's vertex in the
+  // attribute's table: several attributes of a group are written faster if these are found once.
   template <typename PlaceOf>
   PSPLIT_HD void write_values_of(View<const Index> vertices, const Attribute<Index>& attribute,
                                  PlaceOf place_of) const {

@@ -191,7 +191,7 @@ PSPLIT_HD PSPLIT_INLINE bool equal_bytes(const void* a, const void* b, size_t co
 PSPLIT_HD PSPLIT_INLINE float square_root(float value) { return PSPLIT_STANDARD(sqrtf)(value); }
 PSPLIT_HD PSPLIT_INLINE double square_root(double value) { return PSPLIT_STANDARD(sqrt)(value); }
 #if defined(__wasm_simd128__)
-// Of four numbers at once.
+// The square roots of four numbers at once.
 template <typename Floats>
 Floats square_roots(Floats values) {
   return __builtin_wasm_sqrt_f32x4(values);

@@ -38,10 +38,10 @@ class PredictionData {
   // For kConstrainedMultiParallelogram. creases[n - 1] has the flags of the values that n parallelograms
   // predict, n for each value, in the order of values. A flag says that the parallelogram is not used.
   View<uint8_t> creases[kMaxParallelograms];
-  // For kTexCoords: the orientations of triangles, in the order of storage. They are used from the last to the
+  // The orientations of triangles for kTexCoords, in the order of storage. They are used from the last to the
   // first.
   View<uint8_t> orientations;
-  // For kGeometricNormal: whether the predicted normal points the other way.
+  // Whether the predicted normal points the other way, for kGeometricNormal.
   RansBits flips;
   View<const uint8_t> flips_by_value;  // of a condensed stream, in place of `flips`
 

@@ -141,7 +141,7 @@ class SeamDecoder {
     lanes.sync();
     return Fault::kNone;
   }
-  // By attribute data.
+  // The table of each attribute data.
   PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
   // The bits of an attribute data, before `finish`. A condensed stream without any seams has none.
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {

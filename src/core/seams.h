@@ -124,7 +124,7 @@ PSPLIT_HD PSPLIT_INLINE void walk_values(const CornerTable<Index>& table, const 
 }
 
 // Numbers the values of a table that is cut. The value at the first corner of a vertex has the vertex's number.
-// The others have those from the number of vertices on: by vertex, and clockwise around it. `on_seam` is of
+// The others are numbered from the number of vertices on: by vertex, and clockwise around it. `on_seam` is of
 // this table. Sets the number of values of each vertex.
 template <typename Index>
 PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<const bool> on_seam,
@@ -184,8 +184,8 @@ PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
 }
 
 // Splits the vertices wherever an attribute has another value, one thread's way. The points of a vertex are
-// numbered like values first: one has the vertex's number, and the others have those from the number of
-// vertices on. Then all get their own numbers: by vertex, and clockwise around it.
+// numbered like values first: one has the vertex's number, and the others are numbered from the number
+// of vertices on. Then all get their own numbers: by vertex, and clockwise around it.
 template <typename Index>
 class PointNumbers {
  public:

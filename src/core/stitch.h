@@ -1,4 +1,4 @@
-// From the decoded points of a container's streams to the points of the mesh. A stream owns some of its points;
+// Maps the decoded points of a container's streams to the points of the mesh. A stream owns some of its points;
 // the others are references to points that streams own. Specification: "numbering" and "stitch map" (gltf_ext/
 // PSPLIT_mesh_draco_patches).
 //

@@ -61,7 +61,7 @@ struct StitchKinds {
 class ExpectedStart {
  public:
   ExpectedStart() = default;
-  // After a run of the same owner.
+  // The start that is expected after a run of the same owner.
   PSPLIT_HD ExpectedStart(uint32_t start, uint32_t length, bool forward)
       : next_(forward ? int64_t{start} + length : int64_t{start} - length), sign_(forward ? 1 : -1) {}
 

@@ -123,7 +123,7 @@ class SymbolSteps : public SymbolSequence {
  public:
   SymbolSteps() = default;
   PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
-  // Until renew.
+  // The steps that are left before renew().
   PSPLIT_HD uint32_t steps_left() const { return (limit_ - done()) / (PSPLIT_MOVES_ROWS ? 4 : 1); }
   PSPLIT_HD void renew() { limit_ = done() + fast_steps(); }
   PSPLIT_HD void step() {

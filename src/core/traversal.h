@@ -69,7 +69,7 @@ class Walk {
     if constexpr (!PSPLIT_MOVES_ROWS) return {right_of(corner), left_of(corner), vertex_at(corner)};
     return rows(corner).neighbours(corner);
   }
-  // The rows of a corner's face. Without a face, any rows.
+  // The rows of a corner's face; any rows if the corner has no face.
   struct Rows {
     FaceRow<Index> opposite, vertex;
     PSPLIT_HD Neighbours neighbours(uint32_t corner) const {

@@ -26,9 +26,9 @@ PSPLIT_HD inline uint64_t most_points(const StreamHeader& header) {
   return header.attribute_data_count > 0 ? uint64_t{3} * header.counts.face_count : header.counts.vertex_limit;
 }
 
-// Enough memory to decode any stream that an encoder wrote and to walk its border, if `values` holds. A stream
-// that needs more has false counts, or other attributes than `values` says. `after` is the memory that a driver
-// takes beside the walk, when the stream is decoded.
+// The memory that is enough to decode any stream of an encoder and to walk its border, if `values` is right. A
+// stream that needs more has false counts, or other attributes than `values` says. A driver takes `after` bytes
+// beside the walk, once the stream is decoded.
 template <typename Index>
 PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes, const ValueCounts& values,
                                  size_t after = 0) {

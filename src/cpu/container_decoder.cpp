@@ -80,7 +80,7 @@ StreamRange ContainerDecoder::window_from(uint32_t first, uint64_t most_faces) c
 
 void ContainerDecoder::decode_first_round(StreamRange window) {
   const uint32_t count = window.end - window.first;
-  // In step only if that leaves no thread without work.
+  // Streams go in step only if that leaves no thread without work.
   const uint32_t in_step = count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
   pool_.for_each(in_step + (count - in_step * kInStep), [&](size_t task) {
     if (steps_.stopped()) return;

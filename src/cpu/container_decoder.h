@@ -53,7 +53,8 @@ class ContainerDecoder {
     std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;
     std::vector<uint32_t> references;  // the mesh's numbers, after the second round
-    // With findings: the decoded point of each reference, and the values of its copy for each request.
+    // Only set if findings are wanted: the decoded point of each reference, and the values of its copy for each
+    // request.
     std::vector<uint32_t> copied_points;
     std::vector<std::vector<std::byte>> copies;
     Status status;
@@ -63,7 +64,7 @@ class ContainerDecoder {
   // and the streams are checked as decode_checked says. All arguments must outlive the decoder.
   ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps,
                    std::vector<StreamFindings>* findings = nullptr);
-  // Of a range of the streams: `out` has room for their faces, and for the points that they own.
+  // Decodes a range of the streams: `out` has room for their faces, and for the points that they own.
   ContainerDecoder(const DecodeTask& task, StreamRange range, const PrimitiveBuffers& out,
                    const ThreadPool& pool, Steps& steps, std::vector<StreamFindings>* findings = nullptr);
 

@@ -84,7 +84,7 @@ class Tasks {
     steps_.finish(container.entries.size());
     return out.status();
   }
-  // At most kCount streams.
+  // Decodes at most kCount streams.
   template <uint32_t kCount = kInStep>
   void decode_streams(std::span<const size_t> group) {
     if constexpr (kCount == 1) {

@@ -239,7 +239,7 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
   return {};
 }
 
-// The same for places that are `stride` bytes apart.
+// As write_attribute, for places that are `stride` bytes apart.
 template <typename Index>
 Status write_attribute_at(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
                           const AttributeRequest& request, PointVertices<Index>& vertices, std::byte* first,

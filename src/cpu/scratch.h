@@ -12,7 +12,7 @@
 
 namespace psplit {
 
-// For streams whose numbers fit 16 bits (core::StreamHeader::fits_16_bits).
+// The index of streams whose numbers fit 16 bits (core::StreamHeader::fits_16_bits).
 using NarrowIndex = std::conditional_t<PSPLIT_IS_SMALL_CODE, uint32_t, uint16_t>;
 
 // Memory for one stream.

@@ -257,7 +257,7 @@ std::FILE* create_locked(const std::filesystem::path& path) {
 }
 
 void remove_if_unlocked(const std::filesystem::path& path, const std::function<bool()>& before) {
-  // For writing, because NFS locks no other files.
+  // The file is opened for writing, because NFS locks no other files.
   const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && (!before || before())) ::unlink(path.c_str());

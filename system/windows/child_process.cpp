@@ -155,8 +155,8 @@ Expected<Started> start_process(Start start) {
   if (::InitializeProcThreadAttributeList(info.lpAttributeList, 1, 0, &bytes) == 0)
     return io_error("cannot start a process", errno_of_last_error());
   PROCESS_INFORMATION made{};
-  // Suspended, so that it starts no process before it is in the job. In a group of its own, so that Ctrl-C
-  // reaches this process alone.
+  // The child starts suspended, so that it starts no process before it is in the job, and in a group of its
+  // own, so that Ctrl-C reaches this process alone.
   constexpr DWORD kFlags =
       CREATE_SUSPENDED | CREATE_UNICODE_ENVIRONMENT | EXTENDED_STARTUPINFO_PRESENT | CREATE_NEW_PROCESS_GROUP;
   const bool is_made =
@@ -319,7 +319,8 @@ std::wstring variable(const wchar_t* name) {
 }
 
 // The places %1, %2 ... of a command become the variables of that name and number. The shell does not look into
-// the value of a variable, except for a quote: so each is in quotes, those of the command or its own. %% is %.
+// the value of a variable, except for a quote. So each variable is put in quotes, unless the command has quotes
+// around it. %% is %.
 std::string with_arguments(std::string_view command, const std::string& name, size_t count) {
   std::string text;
   bool is_quoted = false;

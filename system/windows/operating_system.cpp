@@ -246,8 +246,8 @@ std::wstring full_path(const fs::path& path) {
   return whole;
 }
 
-// Replaces a file as other systems do: those who have it open keep it. Windows 10 and NTFS can; FAT, older
-// systems that share a folder, and older wine refuse.
+// Replaces a file as other systems do: programs that have it open keep the old one. Windows 10 and NTFS can;
+// FAT, older systems that share a folder, and older wine refuse.
 bool replace_open_file(const fs::path& from, const fs::path& to) {
   constexpr auto kRenameEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);  // some headers lack FileRenameInfoEx
   constexpr DWORD kReplace = 1, kAsPosix = 2;

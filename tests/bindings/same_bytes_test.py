@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The same mesh gets the same bytes from every face of the encoder:
+"""Every interface encodes a mesh to equal bytes:
 
   same_bytes_test.py --psplit COMMAND --library libpsplit.so --python FOLDER [--corpus FOLDER] [--web PACKAGE] [--table]
 
 Encodes twelve meshes by the command, through the interface for C, by the Python package in FOLDER, and, if there is one, by
 the npm package: in containers, as `--always-patches` asks for. The command and C also choose patches or one stream themselves.
-The C++ door is what the command calls; tests/c compares C with it. --table prints what was compared, for docs/measured/same-bytes.md.
+The C++ door is what the command calls; tests/c compares C with it. --table prints what was compared.
 """
 import argparse, ctypes, json, pathlib, struct, subprocess, sys, tempfile
 

@@ -221,7 +221,7 @@ async function print(browser, report, format) {
       check(inside, `${what}"${word.text}" is not on its page`);
       if (inside) counts.set(word.text, (counts.get(word.text) ?? 0) + 1);
     }
-  // The PDF has every word of every cell as often as the tables. Words with a hyphen ("speed-up") may be broken there.
+  // Each word of a cell occurs in the PDF as often as in the tables. Words with a hyphen ("speed-up") may be broken there.
   const expected = new Map();
   for (const word of said.cells.flatMap((cell) => cell.split(/\s+/)).filter((word) => /^[^-]+$|^[-+]/.test(word)))
     expected.set(word, (expected.get(word) ?? 0) + 1);

@@ -19,12 +19,12 @@ extensions. Only these may differ:
                                        mode and filter (other tests check what it decodes to)
   images                               in a GLB, image files are embedded: the file's bytes are in a buffer view, with a
                                        mimeType, and a name if there was none; the uri is gone
-  accessors                            numbers. Those of encoded primitives change as below, of others only the byteOffset
-                                       in a view that was compressed again
+  accessors                            numbers. Accessors of encoded primitives change as below, all others only in the
+                                       byteOffset in a view that was compressed again
   an encoded primitive                 mode becomes 4 for strips and fans; indices may change; the extension, or stock
                                        Draco of other bytes, is last in its extensions; stock Draco of the input is gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
-    accessor of its indices            the same, and componentType
+    accessor of its indices            as accessors of attributes, and componentType
   accessors of morph targets           count, min, max, bufferView, byteOffset, sparse; `normalized` is gone if it is false. Equal
                                        ones may become one. If none of the three is left, the target is zero everywhere,
                                        or the extension of an encoded primitive stores it
@@ -167,7 +167,7 @@ class Comparison:
             self.say(path, "holds other bytes than its file")
 
     def compare_values(self, old, new, path, free=(), gone=()):
-        """Members in `free` may have any value afterwards; those in `gone` must not exist."""
+        """Members in `free` may have any value afterwards; members in `gone` must not exist."""
         if type(old) is not type(new):
             return self.say(path, f"was {old!r:.80}, is {new!r:.80}")
         if isinstance(old, dict):

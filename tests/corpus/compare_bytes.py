@@ -3,7 +3,7 @@
 
   compare_bytes.py --psplit COMMAND --corpus FOLDER [--most N]
 
-Takes the N smallest well-formed files of the corpus that `compare` accepts (not those that are compressed already), and
+Takes the N smallest well-formed files of the corpus that `compare` accepts (no compressed ones), and
 compares `compare --patches 3,9` with `encode --morph-targets sparse --patches 3` and 9: stock Draco, with
 which it compares, has no morph targets. Exits with 77 (skipped) if there is no
 corpus: it is not part of the project.
@@ -36,7 +36,7 @@ def encoded(file, count, output):
 
 
 def check(file):
-    """None if `compare` refuses the file, else what is wrong with it, or an empty text."""
+    """Returns None if `compare` refuses the file, else a text: its differences, or nothing."""
     code, report, said = run("compare", "-q", "-j", 1, "--repeat", 1, "--backend", "draco", "--stock-speeds", 5, "--patches",
                              ",".join(map(str, kCounts)), "--format", "json", file)
     if code in (2, 3, 5):

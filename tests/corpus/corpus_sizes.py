@@ -46,7 +46,7 @@ def bytes_of(file, asset):
 
 
 def check(psplit, root, file):
-    """What is wrong, a line each; None if a command refuses the file."""
+    """Returns faults, a line each; None if a command refuses the file."""
     run = lambda *command: subprocess.run([psplit, *map(str, command)], stdout=subprocess.DEVNULL,
                                           stderr=subprocess.DEVNULL).returncode == 0
     wrong = []

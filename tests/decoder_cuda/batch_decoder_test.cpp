@@ -15,7 +15,7 @@
 namespace psplit {
 namespace {
 
-// Of the containers that most tests decode; HostDecoder.EqualsLibdraco... decodes all.
+// Most tests decode containers of at most this size; HostDecoder.EqualsLibdraco... decodes all.
 constexpr size_t kMostBytes = 20'000;
 
 // Memory for the results of one primitive.

@@ -62,7 +62,7 @@ class EmulatedDevice {
   template <typename T>
   using HostArray = Memory<T, true>;
 
-  // Of all devices together: the size of the memory, and the part of it in use.
+  // The size of the memory of all devices together, and the part of it in use.
   static size_t& memory() {
     static size_t bytes = ~size_t{0};
     return bytes;

@@ -141,7 +141,7 @@ TEST(HostDecoder, UploadsLargeMeshesOnce) {
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), 200'000};
   EmulatedDevice::work() = {};
   ASSERT_TRUE(decode(decoder, sample.encoded.pieces[0].bytes, sample.requests));
-  // Beside the container: the tables of each window, and the patches that it refers to.
+  // The tables of each window, and the patches that it refers to, are uploaded beside the container.
   EXPECT_LT(EmulatedDevice::work().uploaded_bytes, 3 * sample.encoded.pieces[0].bytes.size());
 }
 

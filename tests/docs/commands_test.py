@@ -193,7 +193,7 @@ def main():
                         run_count += 1
                         found = list(filter(None, [run_line(line, folder, said)]))
                     bad += [f"{page}:{number}: {fault}" for fault in found]
-        # In sentences: whole commands, and options of any program.
+        # Sentences have whole commands, and options of any program.
         known = set().union(*(options_in(help_of(verb)) for verb in [None, *re.findall(r"^  ([a-z]+)\s", help_of(None).split("Subcommands:")[1], re.M)]))
         known |= options_in(subprocess.run([psplit, "batch", "plan", "--help"], capture_output=True, text=True).stdout)
         known |= set(kForeign) | options_in("\n".join(file.read_text(errors="replace") for pattern in ("scripts/*", "tests/*/*.py")

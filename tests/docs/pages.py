@@ -15,7 +15,7 @@ class Block(typing.NamedTuple):
 
 
 def pages():
-    """All pages, relative to the root, but those of other projects."""
+    """All pages of the project, relative to the root."""
     found = [page for folder in ("", "docs", "docs/measured") for page in (root / folder).glob("*.md")]
     found += [page for folder in ("bindings", "contrib", "gltf_ext", "third_party") for page in (root / folder).rglob("*.md")]
     return sorted(name for page in found if "node_modules" not in (name := page.relative_to(root).as_posix()))
@@ -43,7 +43,7 @@ def inline_code(page):
 
 
 def anchors(page):
-    """The anchors of headings as GitHub makes them, and those that HTML names."""
+    """The anchors of headings as GitHub makes them, and the ids and names in HTML."""
     found = set(re.findall(r'<a (?:id|name)="([^"]+)"', text_of(page)))
     for heading in re.findall(r"^#{1,6} (.*)$", prose(page), re.M):
         name = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Runs libdraco's own tests of its decoder over psplit:  own_tests.py LIBRARY FOLDER
 
-Takes the source of Debian's libdraco, compiles those of its tests that decode whole meshes and point clouds, and runs them with
-the installed libdraco alone and with LIBRARY, libpsplit_draco.so, loaded before it: the same tests must pass. FOLDER keeps the
+Takes the source of Debian's libdraco, compiles its tests that decode whole meshes and point clouds, and runs them with the
+installed libdraco alone and with LIBRARY, libpsplit_draco.so, loaded before it. Each test that passes alone must pass with LIBRARY. FOLDER keeps the
 source and the compiled tests. Exits with 77, for skipped, where the source cannot be had."""
 import os, pathlib, re, subprocess, sys
 

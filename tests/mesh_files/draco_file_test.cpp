@@ -125,7 +125,7 @@ TEST(DracoFile, NumbersThatNoFloatHoldsAreCounted) {
   EXPECT_EQ(warnings(generic<double>(DataType::kFloat64, {NAN, HUGE_VAL, 0.5})), "");
   EXPECT_EQ(warnings(generic<double>(DataType::kFloat64, {0.1, 1e300, 1e-320})),
             "3 doubles of _GENERIC_0 are rounded: no floats are equal to them\n");
-  // Of the largest number.
+  // Fractions of the largest number.
   EXPECT_EQ(warnings(generic<int32_t>(DataType::kInt32, {1, INT32_MAX, 0}, true)),
             "1 fraction of _GENERIC_0 is rounded: no float is equal to it\n");
   EXPECT_EQ(warnings(generic<uint8_t>(DataType::kBool, {0, 1, 1})), "");

@@ -15,7 +15,7 @@ namespace {
 
 struct Cut {
   double area = 0;         // the sum of the triangles' areas
-  double signed_area = 0;  // the same with signs: positive if a triangle has the polygon's orientation
+  double signed_area = 0;  // as `area`, but triangles against the polygon's orientation count as negative
   size_t triangles = 0;
   bool uses_every_corner = false;
 };

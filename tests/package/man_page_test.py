@@ -14,7 +14,7 @@ def help_of(*words):
 
 
 def missing(words, section):
-    """The options and arguments of the help that are not tags of paragraphs in the section, and all those of the help."""
+    """Returns the options and arguments of the help that are no tags of paragraphs in the section, and all of the help."""
     tags = " ".join(re.findall(r'^\.B "(.*)"$', section, re.M))
     options = {option for line in words.splitlines() if re.match(r"  \S", line)
                for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", re.split(r"\s{2,}", line.strip())[0])}

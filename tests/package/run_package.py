@@ -296,7 +296,7 @@ def check_exports(prefix):
 
 
 def check_sources(folder, assets):
-    """The same project with psplit's sources in it: FetchContent, and by it add_subdirectory."""
+    """Checks a project that takes psplit as sources: by FetchContent, which calls add_subdirectory."""
     make_project(folder / "project")
     shutil.copy(source / "bindings/c/examples/decode_glb.c", folder / "project")
     project = folder / "project" / "CMakeLists.txt"

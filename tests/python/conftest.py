@@ -1,5 +1,5 @@
 """What the tests of the Python package share. ctest runs them with the build's package and with draco_reference, which is
-libdraco as a module. Of an installed wheel, the tests without the reference run.
+libdraco as a module. For an installed wheel, only tests without the reference run.
 
 With a package that has no encoder, only the tests with the marker "decoder" run.
 

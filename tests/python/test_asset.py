@@ -1,4 +1,4 @@
-"""gltf_psplit.load reads whole assets; decode_primitive decodes the primitives of those that others read."""
+"""gltf_psplit.load reads whole assets; decode_primitive decodes primitives of assets that other libraries read."""
 import base64
 import copy
 import hashlib

@@ -288,7 +288,7 @@ def test_ctrl_c_stops_encoding():
     points, faces, *_ = torus(1000, 750)
 
     def seconds():
-        """Of the processor, which other processes hardly change."""
+        """The processor's time, which other processes hardly change."""
         start = time.process_time()
         gltf_psplit.encode_container(points, faces, threads=1)
         return time.process_time() - start

@@ -17,7 +17,7 @@
 namespace psplit {
 
 using Role = draco::GeometryAttribute::Type;
-// In the bitstream: position, normal, colour, texture coordinate, generic.
+// The roles of the bitstream: position, normal, colour, texture coordinate, generic.
 inline constexpr size_t kRoleCount = 5;
 using PerRole = std::array<int, kRoleCount>;
 
@@ -90,7 +90,8 @@ std::unique_ptr<draco::Mesh> build(const Subject& subject);
 std::optional<std::vector<uint8_t>> encode(const draco::Mesh& mesh, const Recipe& recipe);
 // As above, for the points of a mesh, as a point cloud. Level l of a kD-tree is speed 10 - l.
 std::optional<std::vector<uint8_t>> encode_cloud(const draco::PointCloud& cloud, const Recipe& recipe);
-// By draco::PointCloudEncodingMethod, or with kAuto as libdraco chooses, with bits for each attribute.
+// Encodes by a draco::PointCloudEncodingMethod, or with kAuto as libdraco chooses, with bits for each
+// attribute.
 std::optional<std::vector<uint8_t>> encode_cloud(const draco::PointCloud& cloud, int method, int speed,
                                                  std::span<const int> bits);
 

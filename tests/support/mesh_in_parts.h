@@ -21,7 +21,7 @@ class MeshInParts : public MeshParts {
   uint32_t shared_count() const override { return shared_count_; }
   Expected<MeshPart> read(uint32_t part) override { return parts_[part]; }
 
-  // For tests that change a part.
+  // Tests change parts through this.
   std::vector<MeshPart>& parts() { return parts_; }
   // The faces of each part, as numbers of the mesh's faces.
   const std::vector<std::vector<uint32_t>>& faces() const { return faces_; }

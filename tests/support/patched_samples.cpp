@@ -15,7 +15,7 @@ namespace psplit {
 
 namespace {
 
-// With the container of its streams condensed.
+// The sample with the container of its condensed streams.
 PatchedSample condensed(PatchedSample sample, std::vector<uint8_t> container) {
   sample.name += ", condensed";
   sample.encoded.pieces[0].bytes = std::move(container);
@@ -36,7 +36,7 @@ std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
           if (const Expected<AttributeCoding> grid = fit_grid(attribute, 12)) coding = *grid;
         codings.push_back(std::move(coding));
       }
-      // At each speed, and by bytes.
+      // Each speed, and the choice by bytes, comes in turn.
       const int way = static_cast<int>(made.size() % 12), speed = way % 11;
       made.push_back(encode_sample(
           mesh.name + (lossless ? ", lossless" : ""), mesh.mesh, codings,

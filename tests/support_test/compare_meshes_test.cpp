@@ -224,7 +224,7 @@ TEST(CompareMeshes, MatchesNormalsByAngle) {
 }
 
 TEST(CompareMeshes, PairsEqualFacesThatOnlyNormalsTellApart) {
-  // A triangle three times, each with a normal of its own. In another order, they still pair.
+  // A triangle occurs three times, each with a normal of its own. The triangles pair in any order.
   std::vector<float> positions, normals;
   for (int i = 0; i < 3; ++i) positions.insert(positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
   for (const float x : {0.0f, 0.6f, -0.6f})

@@ -1,4 +1,4 @@
-// For tests of temporary files: a folder, and bytes to write.
+// A folder for tests of temporary files, and bytes to write.
 #pragma once
 
 #include <cstddef>

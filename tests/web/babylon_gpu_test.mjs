@@ -1,4 +1,4 @@
-// registerPsplit with the option `gpu`: Babylon.js' WebGPU engine draws from the buffers that shaders decoded. On Dawn in Node.js.
+// registerPsplit with the option `gpu`: Babylon.js' WebGPU engine draws from the buffers that shaders decoded, on Dawn in Node.js.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';

@@ -108,7 +108,7 @@ test('bytes of other patches are not fetched', needs_tool, async (t) => {
     const name = kinds[at].join(' '), { origin, asked, sent } = await serve_file(glb);
     const { primitives: [whole] } = await pool.decodeUrl(`${origin}/a.glb`);
     assert.equal(sent(), glb.length);
-    // A tenth of the patches: those that are in a row, some from everywhere, and the first ones from the last to the first.
+    // A tenth of the patches is chosen: in a row, from everywhere, and the first ones in reverse order.
     const count = Math.ceil(whole.patchCount / 10), tenth = Array.from({ length: count }, (_, i) => i);
     for (const [chosen, most] of [[tenth.map((i) => 40 + i), 0.35], [tenth.map((i) => 10 * ((7 * i) % count)), 0.8], [[...tenth].reverse(), 0.25]]) {
       const before = sent(), first = asked.length, parts = [];
@@ -165,7 +165,7 @@ test('a server that does not send ranges', needs_tool, async () => {
     const { origin, done } = await serve_slowly({ '/a.glb': () => in_chunks(glb, () => Math.ceil(glb.length / 30), 20) });
     const { primitives: [some] } = await pool.decodeUrl(`${origin}/a.glb`, { choose: () => chosen });
     check_chosen(some, whole, chosen);
-    assert.ok(!done.has('/a.glb'));  // what comes behind is not needed
+    assert.ok(!done.has('/a.glb'));  // the bytes after the chosen patches are not needed
   }
 });
 
@@ -217,7 +217,7 @@ test('a file that changes midway is an error', needs_tool, async () => {
     }
   assert.deepEqual(seen.slice(0, 2), [undefined, '"1"']);
   assert.ok(seen.includes(old));
-  // The same file by its date, and whole although a range was asked for.
+  // The server sends the file with a date in place of a tag, then whole although a range was asked for.
   const whole = (await pool.decodeUrl(new Response(glb))).primitives[0];
   for (const answer of [honest([{ 'Last-Modified': old }, { 'Last-Modified': old }]), async (name, range) => part_of_file(glb, range[0] > 0 ? null : range)]) {
     const { origin } = await serve_ranges(answer === undefined ? null : async (name, range, headers) => {

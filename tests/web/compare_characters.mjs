@@ -32,7 +32,7 @@ export function of_three({ scene, animations, parser }) {
 // Babylon.js makes meshes, skeletons and tracks in the order in which their data arrives.
 const by = (name) => (a, b) => (a[name] < b[name] ? -1 : Number(a[name] > b[name]));
 
-// Of an AssetContainer of Babylon.js.
+// The character in an AssetContainer of Babylon.js.
 export function of_babylon({ meshes, skeletons, animationGroups }) {
   const kinds = { position: ['POSITION', 3], normal: ['NORMAL', 3], tangent: ['TANGENT', 4], uv: ['TEXCOORD_0', 2], matricesIndices: ['JOINTS_0', 4],
     matricesWeights: ['WEIGHTS_0', 4] };
@@ -87,7 +87,7 @@ function track_differences(original, encoded) {
 }
 
 const kSteps = 2 ** 14 - 1;
-// By attribute. Positions and their targets have half a step of the mesh's grid, targets of normals half of 2^-9.
+// The largest error of an attribute: half a step of the mesh's grid for positions and their targets, half of 2^-9 for targets of normals.
 function limit_of(name, values, extent) {
   if (name.startsWith('POSITION')) return 0.51 * extent / kSteps + 1e-7 * extent;
   if (/^(NORMAL|TANGENT), target/.test(name)) return 2 ** -10;
@@ -109,7 +109,7 @@ function extent_of(primitives, key) {
     }
   return Math.max(...high.map((value, i) => value - low[i]));
 }
-// Without faces that repeat a point, which `encode` drops.
+// The faces, except those that repeat a point, which `encode` drops.
 function faces_of({ indices, corners }) {
   const faces = [];
   for (let i = 0; i + corners <= indices.length; i += corners) faces.push([...indices.subarray(i, i + corners)]);

@@ -26,7 +26,7 @@ function attribute_difference(name, a, b) {
   return same_bytes(first, second) ? [] : [`${name}: other values`];
 }
 
-// In what `actual` differs from `expected`: lines of text.
+// Returns the differences of `actual` from `expected` as lines of text.
 export function geometry_differences(expected, actual) {
   const names = (geometry) => Object.keys(geometry.attributes).sort().join(' ');
   if (names(expected) !== names(actual)) return [`attributes: ${names(actual)}, not ${names(expected)}`];

@@ -15,7 +15,7 @@ const members = (draco) => Object.keys(draco).flatMap((name) => {
 
 /** `theirs`: modules of draco3d by version, which have at least `least` members. */
 export function test_list(list, ours, theirs, least) {
-  // By member: its state in the list.
+  // The state of each member in the list.
   const states = new Map([...readFileSync(path.join(root, 'bindings/web/js/draco', list), 'utf8').matchAll(/^\| (`.*`) \| (.*) \|$/gm)]
     .flatMap(([, names, state]) => names.split(', ').map((name) => [name.replaceAll('`', ''), state])));
   // An inherited member is there, too. A class without members of its own is not in the list.

@@ -404,7 +404,7 @@ test('psplit() writes the containers of the command', needs_tool, async () => {
     [{ quantizationVolume: 'primitive', patches: 30, encoder }, '--quantization-volume', 'primitive', '--patches', '30'],
     [{ quantizationVolume: 'scene', boxes: true, encoder }, '--quantization-volume', 'scene', '--boxes']]) {
     native('encode', '-q', '--always-patches', ...flags, plain, wanted);
-    // Without a registered decoder, too.
+    // This works without a registered decoder, too.
     const { io, warnings } = make_io({}), document = await io.read(plain);
     await document.transform(make_patches(options));
     const file = await written(io, document), { json } = read_asset(file);
@@ -505,7 +505,7 @@ test('psplit() on the corpus: the containers of the command', { ...needs_tool, t
     } catch {
       continue;  // glTF-Transform does not read or write this asset
     }
-    // glTF-Transform drops this extension, which says what names things.
+    // glTF-Transform drops this extension, which tells the attributes that hold property values.
     const { propertyAttributes = [] } = read_asset(plain).json.extensions?.EXT_structural_metadata ?? {};
     const exact = propertyAttributes.flatMap(({ properties }) => Object.values(properties).map(({ attribute }) => attribute));
     await document.transform(make_patches({ encoder, exact }));

@@ -109,7 +109,7 @@ test('errors', async () => {
   assert.ok(lines[0][2] > 0);
 });
 
-// In a page. Loaders also get a mesh in stock Draco beside the patches, as `gltf-psplit encode` writes it.
+// The code runs in a page. Loaders also get a mesh in stock Draco beside the patches, as `gltf-psplit encode` writes it.
 const mixed = with_draco_mesh(readFileSync(sample), stream);
 const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js', 'psplit/gltf': '/psplit/asset.js',
   three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',

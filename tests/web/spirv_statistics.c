@@ -24,7 +24,7 @@ static VkPhysicalDevice first_device(VkInstance instance) {
   return device;
 }
 
-// With the features that Dawn's SPIR-V asks for.
+// Makes a device with the features that Dawn's SPIR-V asks for.
 static VkDevice make_device(VkPhysicalDevice physical) {
   const float priority = 1;
   const VkDeviceQueueCreateInfo queue = {

@@ -182,13 +182,13 @@ export function with_draco_mesh(glb, stream) {
   return make_glb(json, Buffer.concat([buffer, stream]));
 }
 
-// A stream of draco3d with metadata put into it, which its encoder would not write: trees of metadata, by unique id of an
-// attribute, and that of the geometry.
+// Puts metadata that draco3d's encoder would not write into its stream: a tree for the geometry, and trees by the unique ids of
+// attributes.
 export function with_metadata(bytes, of_attributes, of_geometry) {
   const trees = [...varint(of_attributes.length), ...of_attributes.flatMap(([unique_id, tree]) => [...varint(unique_id), ...tree]), ...of_geometry];
   return Uint8Array.from([...bytes.subarray(0, 10), bytes[10] | 0x80, ...trees, ...bytes.subarray(11)]);
 }
-// Of entries, as [name, bytes], and parts, as [name, tree].
+// A tree of entries, as [name, bytes], and parts, as [name, tree].
 export const metadata_tree = (entries, parts = []) => [
   ...varint(entries.length), ...entries.flatMap(([name, value]) => [...sized(name), ...varint(value.length), ...value]),
   ...varint(parts.length), ...parts.flatMap(([name, tree]) => [...sized(name), ...tree])];

@@ -1,5 +1,5 @@
 // The corpus in three's GLTFLoader has the arrays that gltf-psplit decodes: patches and Draco streams by the plugin, and Draco streams
-// by DRACOLoader with psplit/draco. In Node.js and in Chromium.
+// by DRACOLoader with psplit/draco, in Node.js and in Chromium.
 import assert from 'node:assert/strict';
 import { execFile, spawnSync } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync } from 'node:fs';

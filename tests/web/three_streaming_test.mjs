@@ -148,6 +148,6 @@ test('primitives with data that is not in patches are whole', async () => {
   assert.ok(morphing < whole);
   assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, targets }] }] }), whole);
   assert.equal(await load({ ...gltf, meshes: [{ primitives: [{ ...primitive, attributes: { ...primitive.attributes, _OTHER: primitive.attributes.POSITION } }] }] }), whole);
-  // Primitives that are equal share what is chosen.
+  // Equal primitives share the chosen patches.
   assert.ok(await load({ ...gltf, meshes: [{ primitives: [primitive] }, { primitives: [primitive] }] }) < whole);
 });

@@ -3,7 +3,7 @@ import type { Pool } from 'psplit';
 import { PsplitDracoLoader, PsplitPlugin } from 'psplit/three';
 import { GLTFLoader } from 'three-stdlib';
 
-// For useGLTF(path, useDraco, useMeshopt, extend(pool)).
+// Use it as useGLTF(path, useDraco, useMeshopt, extend(pool)).
 export function extend(pool: Pool): (loader: GLTFLoader) => void {
   return (loader) => {
     loader.register((parser) => new PsplitPlugin(parser, { pool }));

@@ -1,4 +1,4 @@
-// The arithmetic of the shaders: floats in integers are those of IEEE 754, and integers of 64 bits those of BigInt.
+// The arithmetic of the shaders: floats that are computed in integers equal IEEE 754's, and integers of 64 bits BigInt's.
 import assert from 'node:assert/strict';
 import path from 'node:path';
 import test from 'node:test';

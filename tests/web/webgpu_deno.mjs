@@ -1,8 +1,9 @@
 // Decodes containers in Deno, whose WebGPU is wgpu: another implementation than Dawn, with another compiler of WGSL (naga), as in Firefox.
-// A program:  deno run -A webgpu_deno.mjs PACKAGE [FOLDER]
 //
-// Prints a line: the adapter and what is wrong with the shaders. Of a folder, batches.json lists containers, whose bytes are in files; then a
-// line has the sum of each batch (webgpu_compare.js).
+//   deno run -A webgpu_deno.mjs PACKAGE [FOLDER]
+//
+// Prints a line with the adapter and the messages about the shaders. In FOLDER, batches.json lists containers, whose bytes are in files, and
+// a line is printed with the sum of each batch (webgpu_compare.js).
 /* global Deno */
 import { pathToFileURL } from 'node:url';
 import { add, compare } from './webgpu_compare.js';

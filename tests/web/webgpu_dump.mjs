@@ -1,5 +1,5 @@
-// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V: those of Draco's streams, then those of condensed ones. For
-// webgpu_compilers.mjs.
+// Compiles the shaders of psplit/webgpu by Dawn, which prints their SPIR-V: of Draco's streams, then of condensed ones.
+// webgpu_compilers.mjs runs it.
 import path from 'node:path';
 import { compressed_primitives, samples_folder } from './load.mjs';
 import { createGpuDecoder, request_device } from './webgpu_device.mjs';

@@ -192,7 +192,7 @@ test('errors of the device have the code of their kind', { skip }, async () => {
   }
 });
 
-// Without a device.
+// This needs no device.
 test('containers take as many words of a batch as their plans say', { skip: gltf_psplit === null && 'there is no gltf-psplit' }, async () => {
   const from_package = async (name) => import(pathToFileURL(path.join(package_folder, 'webgpu', name)));
   const { batches_of, fits } = await from_package('batch.js'), { ContainerPlan } = await from_package('container_plan.js'), { Layout } = await from_package('layout.js');
@@ -244,8 +244,8 @@ test('errors: no device, limits, arguments, abort, a lost device', { skip }, asy
   assert.equal(difference(expected, await mesh.read()), undefined);
 });
 
-// The same verdict and the same mesh as the CPU's. A container that shaders refuse gets WebAssembly's verdict: so what is tested is that
-// shaders end, leave the device as it was, and accept nothing else.
+// Mutants get the CPU's verdict and mesh. WebAssembly gives the verdict on a container that shaders refuse, so this tests that shaders
+// end, leave the device as it was, and accept nothing else.
 const kMutants = Number(process.env.PSPLIT_GPU_MUTANTS ?? 400);
 async function check_hostile(make, count) {
   const sum = {};

@@ -13,7 +13,7 @@ using psplit::c::without_exceptions;
 
 struct UnityEncoder {
   psplit::DracoMesh mesh{};
-  // By semantic: position, normal, colour, texture coordinate, generic.
+  // Bits of each semantic: position, normal, colour, texture coordinate, generic.
   std::vector<int> bits{14, 10, 10, 12, 12};
   int speed = 5;
   bool is_cloud = false;

@@ -5,7 +5,7 @@
 //   dracoEncoderSetCompressionSpeed, dracoEncoderSetQuantizationBits, dracoEncoderEncode
 //   dracoEncoderGetEncoded..., dracoEncoderGetEncodeBuffer, dracoEncoderRelease
 //
-// The bytes are those of libdraco's encoder. Types have Draco's numbers. `flip` turns Unity's coordinates into
+// The bytes equal libdraco's encoder's. Types have Draco's numbers. `flip` turns Unity's coordinates into
 // right-handed ones, the reverse of plugin.h. A point cloud has no indices: it
 // is a kD-tree if libdraco would choose one. A call with arguments that cannot be encoded makes
 // dracoEncoderEncode return false. Thread-safe for different encoders.
@@ -26,7 +26,7 @@ PSPLIT_UNITY_ENCODER void dracoEncoderRelease(UnityEncoder* encoder);
 // The larger of both counts, as in libdraco.
 PSPLIT_UNITY_ENCODER void dracoEncoderSetCompressionSpeed(UnityEncoder* encoder, uint32_t encodingSpeed,
                                                           uint32_t decodingSpeed);
-// Of a component. 0: exactly.
+// The bits of a component; 0 stores values exactly.
 PSPLIT_UNITY_ENCODER void dracoEncoderSetQuantizationBits(UnityEncoder* encoder, uint32_t position,
                                                           uint32_t normal, uint32_t uv, uint32_t color,
                                                           uint32_t generic);

@@ -6,7 +6,7 @@
 namespace psplit::unity {
 
 // Of two components the second is counted from the other side; of three the first changes its sign, of four the
-// second and the third. In the values' own type. Both directions are equal.
+// second and the third. Values keep their type. A second call undoes the first.
 template <typename T>
 void flip_value(T* value, uint32_t components) {
   const auto negate = [](T& component) { component = static_cast<T>(-component); };

@@ -7,7 +7,7 @@ namespace GltfPsplit
     /// <summary>What a primitive's bytes are.</summary>
     public enum MeshKind
     {
-        /// <summary>Of a primitive of glTF that is not compressed; as an option of the encoder: what fits.</summary>
+        /// <summary>A primitive of glTF that is not compressed. As an option of the encoder, it lets the size of the mesh choose.</summary>
         None = Native.PSPLIT_KIND_NONE,
         /// <summary>A container of PSPLIT_mesh_draco_patches.</summary>
         Patches = Native.PSPLIT_KIND_PATCHES,
@@ -63,7 +63,7 @@ namespace GltfPsplit
         public uint UniqueId;
         /// <summary>The accessor's componentType: one of glTF's six.</summary>
         public ComponentType ComponentType;
-        /// <summary>Of a value, 1 to 16.</summary>
+        /// <summary>The components of a value, 1 to 16.</summary>
         public int Components;
         public bool Normalized;
     }
@@ -95,8 +95,8 @@ namespace GltfPsplit
     }
 
     /// <summary>
-    /// How the values of an attribute are stored. Bits is 0: exactly. Otherwise, without an origin, as coordinates on an
-    /// octahedron of unit vectors. With one: value = origin + i * range / (2^bits - 1).
+    /// How the values of an attribute are stored. With 0 bits, values are exact. With bits and an origin, they are places i on
+    /// a grid: value = origin + i * range / (2^bits - 1). Without an origin, they are unit vectors on an octahedron.
     /// </summary>
     public sealed class Quantization
     {
@@ -117,7 +117,7 @@ namespace GltfPsplit
     public sealed class PatchInfo
     {
         public int FaceCount { get; internal set; }
-        /// <summary>As it decodes alone, with the points that other patches own.</summary>
+        /// <summary>The points of the patch when it decodes alone, including points that other patches own.</summary>
         public int PointCount { get; internal set; }
         public int StreamSize { get; internal set; }
         /// <summary>Its faces, and the points that it owns, are consecutive in the whole.</summary>
@@ -180,7 +180,7 @@ namespace GltfPsplit
             return Open(kind, pinned.Address, bytes.Length, options, 0, pinned);
         }
 
-        /// <summary>As the other Open, with a copy of the bytes.</summary>
+        /// <summary>Opens a copy of the bytes.</summary>
         public static CompressedMesh Open(MeshKind kind, ReadOnlySpan<byte> bytes, OpenOptions options = null)
         {
             fixed (byte* data = &MemoryMarshal.GetReference(bytes))
@@ -241,7 +241,7 @@ namespace GltfPsplit
         public int PointCount { get { return checked((int)Info.point_count); } }
         /// <summary>0: a point cloud.</summary>
         public int FaceCount { get { return checked((int)Info.face_count); } }
-        /// <summary>With the residue; 1 for a Draco stream.</summary>
+        /// <summary>The number of patches, including the residue; 1 for a Draco stream.</summary>
         public int PatchCount { get { return (int)Info.patch_count; } }
         /// <summary>Whether the last patch has the faces and points that no other stream can carry.</summary>
         public bool HasResidue { get { return Info.has_residue != 0; } }
@@ -337,7 +337,7 @@ namespace GltfPsplit
             fixed (uint* first = &MemoryMarshal.GetReference(indices))
                 Decode(-1, first, 4, indices.Length, vertices, places, run);
         }
-        /// <summary>As above, for at most 65,535 points.</summary>
+        /// <summary>Decodes as above, for at most 65,535 points.</summary>
         public void Decode(Span<ushort> indices, Span<byte> vertices, IReadOnlyList<AttributePlace> places, RunOptions run = null)
         {
             fixed (ushort* first = &MemoryMarshal.GetReference(indices))

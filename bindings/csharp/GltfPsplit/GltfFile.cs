@@ -23,7 +23,7 @@ namespace GltfPsplit
             return Open(pinned.Address, bytes.Length, 0, pinned);
         }
 
-        /// <summary>As the other Open, with a copy of the bytes.</summary>
+        /// <summary>Opens a copy of the bytes.</summary>
         public static GltfFile Open(ReadOnlySpan<byte> bytes)
         {
             fixed (byte* data = &MemoryMarshal.GetReference(bytes))

@@ -16,7 +16,7 @@ namespace GltfPsplit
         public int Speed;
         /// <summary>Both 0: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces, from 20,000 faces on.</summary>
         public int PatchCount, PatchFaces;
-        /// <summary>Of components of floats, 1 to 30; -1: exactly.</summary>
+        /// <summary>Bits of components of floats, 1 to 30; -1 keeps floats exactly.</summary>
         public int PositionBits, NormalBits, TexCoordBits, ColorBits, GenericBits;
         /// <summary>Points that are equal in everything stay apart.</summary>
         public bool KeepDuplicates;
@@ -138,10 +138,10 @@ namespace GltfPsplit
         public MeshKind Kind { get; internal set; }
         /// <summary>The bytes of the extension's buffer view.</summary>
         public byte[] Bytes { get; internal set; }
-        /// <summary>As decoded.</summary>
+        /// <summary>The number of points of the decoded mesh.</summary>
         public int PointCount { get; internal set; }
         public int FaceCount { get; internal set; }
-        /// <summary>With a residue.</summary>
+        /// <summary>The number of patches, including a residue.</summary>
         public int PatchCount { get; internal set; }
         /// <summary>For each decoded point the point of the source that it was.</summary>
         public int[] SourcePoints { get; internal set; }

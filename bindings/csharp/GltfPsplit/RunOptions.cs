@@ -44,7 +44,7 @@ namespace GltfPsplit
     /// <summary>How a call runs. null in its place: on one thread for each processor.</summary>
     public sealed class RunOptions
     {
-        /// <summary>Without a pool: the threads of this call; 0 means one for each processor.</summary>
+        /// <summary>The threads of this call, if there is no pool; 0 means one for each processor.</summary>
         public int Threads;
         /// <summary>Threads of a pool. Reuse a pool for frequent calls.</summary>
         public WorkerPool Pool;

@@ -84,7 +84,7 @@ py::tuple tuple_of(const Metadata& metadata) {
   return py::make_tuple(entries, parts);
 }
 
-// None without metadata; otherwise that of the geometry, and that of attributes by their unique ids.
+// The metadata of the geometry, and of attributes by their unique ids; None if there are none.
 py::object tuple_of(const StreamMetadata& metadata) {
   if (metadata == StreamMetadata()) return py::none();
   py::dict attributes;

@@ -19,7 +19,7 @@
 namespace psplit::python {
 namespace {
 
-// The meshes of triangle primitives: on the CPU, and with libdraco, if it is there, those in older streams of
+// Decodes the meshes of triangle primitives on the CPU. If there is libdraco, it decodes older streams of
 // Draco.
 std::vector<Expected<Mesh>> read_triangles(const Document& document, std::span<const PrimitiveId> ids,
                                            const ThreadPool& pool) {

@@ -22,7 +22,7 @@ fn main() {
     };
     println!("cargo:rustc-link-search=native={}", folder);
     println!("cargo:rustc-link-lib=dylib=psplit");
-    // For build scripts of crates that depend on this one: DEP_PSPLIT_LIB_DIR.
+    // Build scripts of crates that depend on this one get it as DEP_PSPLIT_LIB_DIR.
     println!("cargo:lib_dir={}", folder);
 }
 

@@ -195,7 +195,7 @@ class Asset {
     }
     return bytes.subarray(byteOffset, byteOffset + byteLength);
   }
-  // A file may hold the decoded bytes as well, for those who do not know the extension.
+  // A file may hold the decoded bytes as well, for loaders without the extension.
   #has_plain_bytes({ buffer }, name) {
     return !this.#json.extensionsRequired?.includes(name) && (this.#json.buffers?.[buffer]?.uri !== undefined || (buffer === 0 && this.#binary !== undefined));
   }

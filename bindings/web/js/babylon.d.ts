@@ -7,8 +7,8 @@ export interface BabylonOptions {
   /** The pool that decodes. By default all loaders share a pool, which ends its workers when they are idle. */
   pool?: Pool;
   /**
-   * Whether psplit also decodes lists of triangles in KHR_draco_mesh_compression, so that Babylon.js loads no decoder for them. By
-   * default true. Bitstreams older than 2.2 need `false`, which leaves all Draco streams to Babylon.js.
+   * Whether psplit also decodes lists of triangles in KHR_draco_mesh_compression, so that Babylon.js loads no decoder for them. The
+   * default is true. Bitstreams older than 2.2 need `false`, which leaves all Draco streams to Babylon.js.
    */
   draco?: boolean;
   /**
@@ -44,7 +44,7 @@ export interface BabylonStreamingOptions {
   /** Called for each container with the number of its decoded patches and their total. */
   onProgress?: (done: number, total: number) => void;
   /**
-   * Whether meshes are shown while their patches arrive. By default true. The load then resolves when each mesh has its first
+   * Whether meshes are shown while their patches arrive; the default is true. The load then resolves when each mesh has its first
    * patches. Meshes have their final size, and gain triangles until `whole` resolves. Do not copy or change their geometry before.
    * Meshes with stored skin weights or morph targets arrive whole.
    */

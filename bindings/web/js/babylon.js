@@ -10,7 +10,7 @@ import { createPool } from './pool.js';
 import { array_of } from './types.js';
 
 let default_pool;
-// By Babylon.js' meshes.
+// The container of each of Babylon.js' meshes.
 const containers_of = new WeakMap();
 
 export const patchesOf = (mesh) => containers_of.get(mesh.sourceMesh ?? mesh)?.patches ?? null;

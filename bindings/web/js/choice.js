@@ -188,7 +188,7 @@ function checked(given, patch_count) {
   return Uint32Array.from(chosen);
 }
 
-// Of no patches.
+// The mesh of no patches.
 export const empty_mesh = (attributes) => ({ faceCount: 0, pointCount: 0, patchCount: 0, hasResidue: false, isCondensed: false,
   firstFaces: new Uint32Array(1), firstPoints: new Uint32Array(1), indices: new Uint32Array(),
   attributes: with_arrays(attributes, attributes.map(({ type }) => new (array_of(type))())), chosen: new Uint32Array() });

@@ -4,9 +4,9 @@ import type { ComponentArray, Configuration, PoolOptions } from './index.js';
 export { PsplitError } from './index.js';
 
 export interface AttributeToEncode {
-  /** In a type of glTF: integers of 8 or 16 bits, or floats. */
+  /** The values, which are stored in a type of glTF: integers of 8 or 16 bits, or floats. */
   array: Int8Array | Uint8Array | Uint8ClampedArray | Int16Array | Uint16Array | Uint32Array | Float32Array | ComponentArray;
-  /** Components of each point, 1 to 16. By default `itemSize`, the name in three's BufferAttribute. */
+  /** Components of each point, 1 to 16. The default is `itemSize`, the name in three's BufferAttribute. */
   componentCount?: number;
   itemSize?: number;
   normalized?: boolean;
@@ -44,7 +44,7 @@ export interface EncodeOptions {
   profile?: 'balanced' | 'speed' | 'size';
   /** Bits of each component of positions: 14 by default. `auto`: the fewest that the mesh's edges allow. */
   positionBits?: number | 'auto';
-  /** In place of `positionBits`: the largest allowed error of a position. The mesh gets the fewest bits that keep it. */
+  /** The largest allowed error of a position, in place of `positionBits`. The mesh gets the fewest bits that keep it. */
   maxError?: number;
   normalBits?: number;
   texcoordBits?: number;
@@ -68,7 +68,7 @@ export interface EncodeOptions {
   keepDuplicates?: boolean;
   keepDegenerate?: boolean;
   keepUnused?: boolean;
-  /** Decodes the container and compares it with the mesh. By default true. */
+  /** Whether the container is decoded and compared with the mesh; the default is true. */
   verify?: boolean;
   /** Whether results include the decoded arrays. */
   decoded?: boolean;
@@ -100,14 +100,14 @@ export interface EncodedAttribute {
 
 export interface EncodedMesh {
   container: Uint8Array;
-  /** Of the encoded mesh, without merged duplicates, degenerate faces and unused points. */
+  /** Counts of the encoded mesh, without merged duplicates, degenerate faces and unused points. */
   faceCount: number;
   pointCount: number;
-  /** Without the residue. */
+  /** The number of patches, without the residue. */
   patchCount: number;
   hasResidue: boolean;
   attributes: EncodedAttribute[];
-  /** With the option `decoded`: three point indices for each face. */
+  /** Three point indices for each face, if the option `decoded` is given. */
   indices?: Uint32Array;
   /** For each point of the encoded mesh, its index in the given mesh. */
   sourcePoints: Uint32Array;

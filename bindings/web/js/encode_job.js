@@ -62,7 +62,7 @@ function numbers_of(given) {
     if (number === undefined) throw invalid(`the option \`${name}\` cannot be ${String(options[name])}`);
     return number;
   });
-  // The smallest coding is for those who want the fewest bytes.
+  // 2 chooses the smallest coding.
   if (options.condense && options.profile === 'size') numbers[kNames.indexOf('condense')] = 2;
   return Float64Array.from(numbers);
 }

@@ -13,7 +13,7 @@ export function createDecoder(options?: Pick<Configuration, 'wasm'>): Promise<Sy
 
 /**
  * Decodes all containers of a document in the workers of a pool, between `io.readAsJSON()` and `io.readJSON()`, which then
- * needs no decoder. Without it, `io.read()` decodes on the calling thread.
+ * needs no decoder. If you do not call this function, `io.read()` decodes on the calling thread.
  */
 export function decodeAhead(document: JSONDocument, pool: Pool, options?: { signal?: AbortSignal }): Promise<void>;
 
@@ -23,7 +23,7 @@ export interface PsplitOptions extends Omit<EncodeOptions, 'decoded'> {
   /** Which primitives share a quantization grid: none (`primitive`), all of a mesh (the default), or all of the scene (`scene`).
    *  For `scene`, the grid is one that the nodes' transforms map onto itself; if none exists, a warning is logged. */
   quantizationVolume?: 'primitive' | 'mesh' | 'scene';
-  /** Whether loaders must support the extension. Otherwise the file also contains the uncompressed geometry. By default true. */
+  /** Whether loaders must support the extension. If not, the file also contains the uncompressed geometry. The default is true. */
   required?: boolean;
   /** As in `createDecoder`: when the document is written, a decoder compares the containers with its geometry. */
   wasm?: Configuration['wasm'];

@@ -5,7 +5,7 @@ import { PsplitError } from './error.js';
 export const kExtensionName = 'PSPLIT_mesh_draco_patches';
 export const kDraco = 'KHR_draco_mesh_compression';
 
-// By glTF's numbers and names.
+// Types and counts by glTF's numbers and names.
 export const kComponentTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
 export const kComponentCounts = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 export const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
@@ -78,7 +78,7 @@ export function stored_primitive(json, primitive) {
   if (stored === undefined) return undefined;
   if ((primitive.mode ?? 4) !== 4) throw invalid('patches are triangle lists: mode must be 4');
   if (json.bufferViews?.[stored.bufferView] === undefined) throw invalid('the container has no buffer view');
-  // For each semantic an id for each target of the primitive, or -1.
+  // Each semantic has an id for each target of the primitive, or -1.
   const targets = Object.entries(stored.targets ?? {}).flatMap(([name, ids]) => {
     if (!Array.isArray(ids) || ids.length !== primitive.targets?.length) throw invalid(`${kExtensionName} has no id for each target of ${name}`);
     return ids.map((id, t) => [`targets/${t}/${name}`, id]).filter(([, id]) => id !== -1);
@@ -134,7 +134,7 @@ export const index_type = ({ componentType }, point_count) =>
 
 /**
  * Whether all data of a primitive that goes with its points is in patches, so that patches may be left out.
- * @param {object} primitive as the JSON has it @param {{ name: string }[]} attributes those in patches
+ * @param {object} primitive as the JSON has it @param {{ name: string }[]} attributes of the patches
  */
 export const is_all_stored = (primitive, attributes) => names_of(primitive).every((of) => attributes.some(({ name }) => name === of));
 

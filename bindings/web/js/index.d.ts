@@ -12,11 +12,11 @@ export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array |
 /** A request for an attribute of a Draco stream, by its unique id or its semantic. */
 export interface DracoAttributeRequest {
   uniqueId?: number;
-  /** In place of `uniqueId`: the first attribute of this semantic. The result leaves it out if the stream has none. */
+  /** Chooses the first attribute of this semantic, in place of `uniqueId`. The result leaves it out if the stream has none. */
   semantic?: 'POSITION' | 'NORMAL' | 'COLOR' | 'TEX_COORD' | 'GENERIC';
-  /** For messages, and for the result. By default Draco's semantic: POSITION, NORMAL, COLOR, TEX_COORD or GENERIC. */
+  /** The name in messages and in the result. The default is Draco's semantic: POSITION, NORMAL, COLOR, TEX_COORD or GENERIC. */
   name?: string;
-  /** The type of the result. By default the type that the stream stores. */
+  /** The type of the result. The default is the type that the stream stores. */
   type?: ComponentType;
 }
 
@@ -55,7 +55,7 @@ export interface DecodedMesh {
 export interface ContainerCounts {
   faceCount: number;
   pointCount: number;
-  /** Without the residue. */
+  /** The number of patches, without the residue. */
   patchCount: number;
   /** Whether a residue follows the patches: faces and points that no patch can carry. Below it counts as one more patch. */
   hasResidue: boolean;
@@ -112,7 +112,7 @@ export class PsplitError extends Error {
 }
 
 export interface Configuration {
-  /** The WebAssembly module, its bytes or its address. By default `psplit.wasm` beside the package's code. */
+  /** The WebAssembly module, its bytes or its address. The default is `psplit.wasm` beside the package's code. */
   wasm?: WebAssembly.Module | BufferSource | string | URL;
   /**
    * Likewise for `psplit_condensed.wasm`, which is loaded for the first container with condensed patches. It can also replace
@@ -121,7 +121,7 @@ export interface Configuration {
   condensedWasm?: WebAssembly.Module | BufferSource | string | URL;
   /**
    * The address of `worker.js`, or a function that starts it as a worker: a module `Worker`, in Node.js a Worker of
-   * node:worker_threads. By default `worker.js` beside the package's code.
+   * node:worker_threads. The default is `worker.js` beside the package's code.
    */
   worker?: string | URL | (() => unknown);
 }
@@ -154,7 +154,7 @@ export function decodeContainer(data: Bytes, options?: { attributes?: AttributeR
 export interface PoolOptions extends Configuration {
   /** The maximum number of workers. By default the number of processors, but at most 4. */
   workers?: number;
-  /** How long idle workers are kept, in milliseconds. By default 10,000. */
+  /** How long idle workers are kept, in milliseconds; the default is 10,000. */
   idleMs?: number;
   /**
    * Whether several workers may write a mesh to shared memory, which saves assembling it. The result's arrays then use a
@@ -164,7 +164,7 @@ export interface PoolOptions extends Configuration {
   shared?: boolean;
   /**
    * Whether the calling thread decodes if no worker can be started: because a policy forbids it, the page has another origin than
-   * the package, or workers do not exist. A warning on the console then says why. By default true. If false, jobs reject with the
+   * the package, or workers do not exist. A warning on the console then says why. The default is true. If false, jobs reject with the
    * code `failed` in this case.
    */
   mainThread?: boolean;
@@ -221,7 +221,7 @@ export interface ChosenPatches {
   chosen?: Uint32Array;
 }
 
-/** The patches of which a mesh was made. If patches were chosen, the counts are those of the chosen patches. */
+/** The patches of which a mesh was made. If patches were chosen, only these count. */
 export interface PatchFacts extends ChosenPatches {
   /** The size of the whole container. */
   bytes: number;

@@ -31,7 +31,7 @@ export class Modules {
   #own_plain = null;
   #own_condensed = null;
 
-  /** Modules, their bytes, or their addresses. By default those of configure(), or the files beside this one. */
+  /** Takes modules, their bytes, or their addresses. The defaults are configure()'s, or the files beside this one. */
   constructor(wasm, condensed_wasm) {
     if (wasm != null) this.#own_plain = once(() => compile_module(wasm));
     if (condensed_wasm != null) this.#own_condensed = once(() => compile_condensed(condensed_wasm));

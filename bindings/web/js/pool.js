@@ -106,7 +106,7 @@ class Pool {
       }));
       return { json: asset.json, primitives: primitives.flat() };
     } finally {
-      end();  // what is not needed, and after an error the other containers
+      end();  // ends fetches that are not needed, and after an error the other containers
     }
   }
 

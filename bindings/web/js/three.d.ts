@@ -1,4 +1,4 @@
-// For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
+// Adapters for three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
 import type { GLTF, GLTFLoader, GLTFLoaderPlugin } from 'three/addons/loaders/GLTFLoader.js';
 import type { ChoosePatches, DecodedPart, PatchFacts, Pool } from './index.js';
@@ -108,7 +108,7 @@ export interface PsplitDracoLoaderOptions {
 }
 
 /**
- * Has the interface of three's DRACOLoader. To use it in GLTFLoader:
+ * Has the interface of three's DRACOLoader. GLTFLoader takes it so:
  *
  *     loader.setDRACOLoader(new PsplitDracoLoader({ pool }));
  */

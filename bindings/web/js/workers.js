@@ -52,7 +52,7 @@ function address_of(make) {
   return address;
 }
 
-// In place of a worker: this thread runs the jobs. Other tasks of the page come between them.
+// Takes the place of a worker: this thread runs the jobs. Other tasks of the page come between them.
 async function start_here({ job_runner }, receive) {
   const { make_runner } = await job_runner();
   let is_ended = false;

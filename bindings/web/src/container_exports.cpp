@@ -93,8 +93,8 @@ PSPLIT_WEB_EXPORT(failed_stage) uint32_t failed_stage(const DecodedContainer* co
   keep_error(container->failure());
   return static_cast<uint32_t>(container->failed_stage());
 }
-// After decode_streams. The faces of the range, with three 32-bit numbers of the mesh's points for each; the
-// values of its points of a request, tightly packed; and a byte for each stream of the container.
+// These are read after decode_streams: the faces of the range, each with three 32-bit numbers of the mesh's
+// points; the values of its points of a request, tightly packed; and a byte for each stream of the container.
 PSPLIT_WEB_EXPORT(range_faces) const void* range_faces(const DecodedContainer* container) {
   return container->part().faces.data();
 }
@@ -113,7 +113,7 @@ PSPLIT_WEB_EXPORT(add_stitching)
 void add_stitching(DecodedContainer* container, uint32_t first, const uint32_t* words, size_t count) {
   container->add_stitching(first, {words, count});
 }
-// Null after an error. For each index to change, the corner and the index.
+// Returns the corner and the index of each index to change; null after an error.
 PSPLIT_WEB_EXPORT(resolve_rest) const uint32_t* resolve_rest(DecodedContainer* container) {
   return keep_error(container->resolve_rest()) ? list_words(container->corrections()) : nullptr;
 }

@@ -192,7 +192,7 @@ void* operator new(size_t bytes) {
   return memory;
 }
 void* operator new[](size_t bytes) { return operator new(bytes); }
-// Of libc++'s temporary buffers.
+// libc++'s temporary buffers call these.
 const std::nothrow_t std::nothrow{};
 void* operator new(size_t bytes, const std::nothrow_t&) noexcept { return psplit::web::allocate(bytes); }
 void operator delete(void* memory) noexcept { psplit::web::release(memory); }

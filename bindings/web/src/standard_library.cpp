@@ -77,7 +77,7 @@ size_t std::__next_prime(size_t least) {
   return least;
 }
 
-// Of messages: positive numbers with up to 9 digits, without an exponent above 1e-5 and below 1e9.
+// Messages need only positive numbers with up to 9 digits, without an exponent above 1e-5 and below 1e9.
 std::to_chars_result std::to_chars(char* first, char*, double value, std::chars_format, int precision) {
   const auto put = [&](const char* text) {
     while (*text != 0) *first++ = *text++;

@@ -41,7 +41,7 @@ PSPLIT_HD inline uint32_t most_places(const CondensedStream& stream, uint32_t re
   return stream.border_count + reference_count;
 }
 
-// By place of one stream's border walk.
+// The values at the places of one stream's border walk.
 struct WalkValues {
   View<int32_t> values;  // one component after the other
   View<uint8_t> is_own;  // whether no run of the stream's stitch map has the place

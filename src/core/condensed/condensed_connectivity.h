@@ -100,7 +100,7 @@ class CondensedConnectivity {
   // First corners ascend. The last corner of a merged vertex is kNone. Last corners are noted if a model needs
   // them, otherwise first corners.
   PSPLIT_HD const VertexCorners<Index>& corners() const { return corners_; }
-  // Behind the symbols.
+  // The section after the symbols.
   PSPLIT_HD const SectionReader& section() const { return section_; }
 
   // The memory that this takes and keeps, and the memory that it takes and releases.

@@ -46,7 +46,7 @@ class ContextSymbolSteps {
     else
       *at_++ = static_cast<uint8_t>(clers);
   }
-  // Behind the symbols, when all steps were taken.
+  // The section after the symbols, once all steps were taken.
   PSPLIT_HD const SectionReader& section() const { return section_; }
 
  private:
@@ -69,7 +69,7 @@ class ContextSymbolSteps {
   uint8_t* end_ = nullptr;
 };
 
-// For add_faces: notes the first or the last corner of each vertex in the order of decoding.
+// Notes the first or the last corner of each vertex in the order of decoding. add_faces calls it.
 template <typename Index, bool kLast>
 class CornerNotes {
  public:
@@ -90,7 +90,7 @@ class CornerNotes {
     corners_[v0] = static_cast<Index>(corner_);
     corner_ += 4;
   }
-  // After the last face.
+  // Called after the last face.
   PSPLIT_HD void finish() {
     if (!kLast || !PSPLIT_MOVES_ROWS || corner_ == 0) return;
     corners_[v1_] = static_cast<Index>(corner_ - 3);

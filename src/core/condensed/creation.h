@@ -258,7 +258,7 @@ class CreatedValues {
                          Arena::bytes<Predictors<Index>>(predictors * value_count));
   }
 
-  // By value: the number of parallelograms that predict it.
+  // The number of parallelograms that predict each value.
   PSPLIT_HD View<const uint8_t> table_of() const { return table_of_; }
   // Bit n: some value is predicted by n of them.
   PSPLIT_HD uint32_t used_tables() const { return used_tables_; }
@@ -405,7 +405,7 @@ class CreatedValues {
   }
 
   // Finds the parallelograms at the corner of a value, and if `two`, at the neighbouring corners of its vertex
-  // on the left and on the right. The first one is across the edge of vertices a and b: those of the next and
+  // on the left and on the right. The first one is across the edge of a and b, the vertices of the next and
   // the previous corner. The one on the left is across the edge of b and a vertex beside it, the one on the
   // right across the edge of a vertex beside a, and a. Stores the first two that count, or one twice.
   //

@@ -60,7 +60,7 @@ class LatestPlaces {
       kept_ = _mm_or_si128(kept_, _mm_and_si128(same, keys));
       return;
     }
-    // Those that are less move on by one.
+    // Keys that are less move on by one.
     const __m128i before = _mm_insert_epi16(_mm_slli_si128(kept_, 2), INT16_MAX, 0);
     kept_ = _mm_max_epi16(kept_, _mm_min_epi16(before, keys));
   }
@@ -136,7 +136,7 @@ class DeltaSourceSearch {
     if (found.count == 0) add_previous(i, found);
     return found;
   }
-  // Calls add(place, is_neighbour, condition) for what is a candidate if the condition holds.
+  // Calls add(place, is_neighbour, condition) for places that are candidates if the condition holds.
   template <typename Add>
   PSPLIT_HD PSPLIT_INLINE void find_candidates(uint32_t i, Add add) const {
     // Across the edge from a to b.

@@ -117,7 +117,7 @@ inline void fit_at_once(const DeltaOffset* offsets, uint32_t count, DeltaFit& fi
   PSPLIT_UNROLL
   for (uint32_t n = 0; n < kMostDeltaSources; n += 2)
     pairs[n / 2] = _mm_packs_epi32(_mm_sra_epi32(at[n], shift), _mm_sra_epi32(at[n + 1], shift));
-  // From sources to components.
+  // Transposes rows of sources to rows of components.
   const __m128i even = _mm_unpacklo_epi16(pairs[0], pairs[1]), odd = _mm_unpackhi_epi16(pairs[0], pairs[1]),
                 late_even = _mm_unpacklo_epi16(pairs[2], pairs[3]),
                 late_odd = _mm_unpackhi_epi16(pairs[2], pairs[3]), xy = _mm_unpacklo_epi16(even, odd),

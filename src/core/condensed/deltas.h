@@ -7,9 +7,9 @@
 //   flags         whether the delta is 0. Where all sources (delta_sources.h) that are neighbours agree, the
 //                 vertex nearly always agrees too: runs count such flags. Elsewhere a flag is a bit.
 //   remainders    of a delta that is not 0. A delta minus the multiple of another one that it resembles, its
-//                 reference, is a remainder. It is predicted from those of the sources, by weights.
-//   corrections   what the prediction is off by: tokens, whose tables are chosen by how large the corrections
-//                 of the sources were.
+//                 reference, is a remainder. It is predicted from the sources' remainders, by weights.
+//   corrections   remainders less their predictions: tokens, whose tables are chosen by how large the
+//                 corrections of the sources were.
 //
 // The four sections of deltas have flags, and the corrections of the three components.
 #pragma once
@@ -52,7 +52,7 @@ struct alignas(8) DeltaItem {
 inline constexpr uint16_t kMostMeanSize = 4 * kMostDeltaSize,
                           kNoMeanSize = kMostMeanSize + 4;  // without sources
 
-// In registers.
+// Three numbers and a 0 in registers.
 using DeltaBlock = Components<4>;
 
 #if defined(PSPLIT_HAS_SSE2_DELTAS)
@@ -78,7 +78,7 @@ class DeltaNeighbourhood {
  public:
   static constexpr uint32_t kMostPairs = kMostDeltaSources / 2;
 
-  // records[n] are those of source n. There are `count` sources.
+  // records[n] are the records of source n. There are `count` sources.
   DeltaNeighbourhood(const DeltaRecord* const (&records)[kMostDeltaSources], const DeltaWeights& affine,
                      const DeltaWeights& even, uint32_t count)
       : shift_(_mm_cvtsi32_si128(count == 1 ? 3 : 2)),
@@ -207,10 +207,11 @@ PSPLIT_HD PSPLIT_INLINE uint8_t delta_level(uint32_t mean) {
 
 // Codes the deltas of vertex after vertex. A coder reads them, or writes them:
 //
-//   flags(sure, expected, mixed)     returns the flags of 32 rows. Those in `sure` equal those in `expected`,
-//                                    unless a run ends there; those in `mixed` are bits
+//   flags(sure, expected, mixed)     returns the flags of 32 rows. Flags in `sure` equal the bits of
+//   `expected`,
+//                                    unless a run ends there; flags in `mixed` are coded as bits
 //   begin_corrections(items, out)    is told the deltas of a vertex that are not 0, and may store corrections
-//   correction(item, stored, expected)   returns what `expected` is off by, for each of these deltas
+//   correction(item, stored, expected)   returns the error of `expected` for each of these deltas
 //
 // The memory has no meaning before. Arrays are by place in the order of creation, then by row.
 template <typename Index>
@@ -362,8 +363,8 @@ class DeltaCoding {
   View<DeltaSources<Index>> sources_;
   View<uint32_t> flags_;       // bits, by word
   View<DeltaRecord> records_;  // the vertices' records, then zeros
-  // Of the vertex being coded: its deltas by row, then a 0; corrections; the list of those that are not 0.
-  // A delta is at first the prediction of its remainder.
+  // The deltas of the vertex that is being coded by row, then a 0; their corrections; and the list of the
+  // deltas that are not 0. A delta is at first the prediction of its remainder.
   View<DeltaValues> deltas_, corrections_;
   View<DeltaItem> items_;
   View<Words> referrers_;                     // by row: bits of the rows that have the row as their reference

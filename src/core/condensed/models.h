@@ -60,7 +60,7 @@ struct AttributeModel : ValueCoding {
   bool has_flags = false;
   // Each stream chooses one of these sets of token tables, in CondensedModels::table_sets.
   uint16_t first_set = 0, set_count = 1;
-  // With has_flags: the probabilities of a 1.
+  // The probabilities of a 1, if has_flags.
   uint16_t creases[kCreaseContexts] = {}, orientations = 0, flips = 0;
 };
 

@@ -21,7 +21,7 @@ class CondensedSeamSteps {
         at_(seams.data()),
         end_(seams.data()) {}
 
-  // Of one attribute data.
+  // Steps of the current attribute data.
   PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - at_); }
   // Goes on to the next attribute data that has seams.
   PSPLIT_HD void renew() {

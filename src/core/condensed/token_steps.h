@@ -58,7 +58,7 @@ class TokenSequence {
     out_ = out.data();
   }
   PSPLIT_HD uint32_t components() const { return components_; }
-  // Behind the tokens, when all steps were taken.
+  // The section after the tokens, once all steps were taken.
   PSPLIT_HD SectionReader& section() { return section_; }
   PSPLIT_HD uint32_t steps_left() const { return static_cast<uint32_t>(end_ - table_of_); }
 

@@ -103,7 +103,7 @@ TEST(RecutBorders, StraightensAJaggedBorder) {
   EXPECT_LE(std::count(patch_of.begin(), patch_of.end(), 1u), 126);
 }
 
-// From one patch to its neighbour, and on to the next.
+// Faces move from one patch to its neighbour, and on to the next.
 TEST(RecutBorders, BringsPatchesBelowTheirLimits) {
   const ThreadPool pool(2);
   const CellGraph graph = grid(30, 10);

@@ -82,7 +82,7 @@ void expect_same_cloud(const Subject& subject, Method method, int speed, std::sp
   ASSERT_TRUE(made->bytes == *expected);
 }
 
-// With every method and at every speed.
+// Compares clouds of every method and speed.
 void expect_same_clouds(const Subject& subject, std::span<const int> bits, CloudCounts& seen) {
   for (int speed = 0; speed <= 10; ++speed)
     for (const Method method : {kAny, kSequential, kTree})

@@ -1,5 +1,5 @@
-// Plans, skeletons and integers of attributes equal those in libdraco's streams: the values of a mesh and the
-// connectivity of its stream give the bytes of the stream.
+// Plans, skeletons and integers of attributes equal libdraco's: the values of a mesh and the connectivity of
+// its stream give the bytes of libdraco's stream.
 #include "encoder/stream/encode_attributes.h"
 
 #include <algorithm>

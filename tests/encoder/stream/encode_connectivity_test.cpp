@@ -55,7 +55,7 @@ void compare(const WeldedMesh& welded, const PatchMesh& patch, int speed, Met& m
   const Expected<DracoFields> read = read_fields(reference->bytes);
   ASSERT_TRUE(read.ok()) << read.status().to_string();
   const DracoFields &expected = *read, &fields = ours->fields;
-  // Behind the header: the traversal, the number of attribute data, and each group's choices.
+  // After the header come the traversal, the number of attribute data, and each group's choices.
   const core::View<core::Group<uint32_t>> groups = ours->patch.groups;
   std::vector<uint8_t> choices = {static_cast<uint8_t>(choice.valence ? 2 : 0),
                                   static_cast<uint8_t>(fields.seams.size()),

@@ -30,7 +30,7 @@ class SoupMaker {
  public:
   explicit SoupMaker(uint64_t seed) : random_(seed) {}
 
-  // At most about `size` faces. Every attribute has one byte: their values do not matter.
+  // Makes at most about `size` faces. Every attribute has one byte, because values do not matter.
   void make(uint32_t size, Soup& soup) {
     mesh_ = &soup.mesh;
     if (below(3) == 0)

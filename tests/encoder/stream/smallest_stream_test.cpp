@@ -77,7 +77,7 @@ void expect_smallest(const WeldedMesh& welded, const PatchMesh& patch,
   const Expected<EncodedPatch> usual = encode_stream(welded, patch, codings, 5, true);
   const Expected<EncodedPatch> smallest = encode_smallest_stream(welded, patch, codings, true);
   if (!usual) {
-    // What no scheme of libdraco's choice can code may be possible without prediction.
+    // Values that libdraco's choice of schemes cannot code may be coded without prediction.
     ++counts.refused;
     return;
   }

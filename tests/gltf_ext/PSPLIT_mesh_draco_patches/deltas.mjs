@@ -122,7 +122,7 @@ export function decode_deltas({ models, some, runs, tables }, is_row, table, pla
     const here = place_of(table.corner_of[i]);
     const affine = affine_weights(all.map((v) => place_of(table.corner_of[v]).map((x, k) => (x - here[k]) | 0)));
     const even = weights_of_shares(all.map(() => 1));
-    // In groups of 32: first those on which all neighbours agree, then the others.
+    // Flags come in groups of 32: first the flags on which all neighbours agree, then the others.
     for (let first = 0; first < rows.length; first += 32) {
       const group = rows.slice(first, first + 32);
       const around = (n) => neighbours.map((v) => is_some[n][v]);

@@ -154,7 +154,7 @@ TEST(EncodeDocument, AccessorsDescribeWhatIsDecoded) {
           least = std::min(least, values[i]);
           most = std::max(most, values[i]);
         }
-        // Through JSON text, as in a file.
+        // The bounds go through JSON text, as in a file.
         EXPECT_EQ(Json::parse(accessor["min"].dump())[c].get<float>(), least);
         EXPECT_EQ(Json::parse(accessor["max"].dump())[c].get<float>(), most);
       }

@@ -59,7 +59,7 @@ TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
   document.json()["meshes"] = Json::array();
   for (int i = 0; i < 4; ++i)
     document.json()["meshes"].push_back({{"primitives", Json::array({primitive, primitive})}});
-  Json other = primitive;  // the same positions without the other attributes
+  Json other = primitive;  // has the positions of `primitive`, and no other attributes
   other["attributes"] = {{"POSITION", primitive["attributes"]["POSITION"]}};
   document.json()["meshes"][1]["primitives"][0] = other;
   Json points = primitive;

@@ -509,8 +509,8 @@ TEST(Meshopt, HostileViewsOfVersion1AreRefused) {
   EXPECT_TRUE(contains(refusal(packed.size(), 64, "COLOR"), "an illegal combination of mode"));
 }
 
-// Of a newer codec nothing is known, so its views stay as they are: in one buffer without bytes, beside those
-// that were decoded. It may store more zeros in a byte than the codec that is known.
+// Nothing is known of a newer codec, so its views stay as they are, in one buffer without bytes, while other
+// views are decoded. It may store more zeros in a byte than the known codec.
 TEST(Meshopt, ViewsOfANewerCodecStayAsTheyAre) {
   const Mesh mesh = make_grid(20, 15);
   std::vector<uint32_t> indices;

@@ -1,5 +1,5 @@
-// Version 1 of the codec of attributes: the streams of meshoptimizer's own encoder, any bytes, and what is
-// encoded here.
+// Version 1 of the codec of attributes decodes the streams of meshoptimizer's own encoder and of our encoder,
+// and refuses broken bytes.
 
 #include "gltf_ext/document/meshopt_vertices.h"
 

@@ -141,7 +141,7 @@ void expect_no_file(const TestFolder& folder) {
   EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
-// In small parts.
+// Encodes a file in small parts.
 Expected<OutOfCoreResult> encode_file(const std::string& file, const EncodeDocumentOptions& options = {},
                                       uint64_t part_faces = 6000, const char* name = "test") {
   const TestFolder folder;

@@ -55,7 +55,7 @@ TEST(DecodeGeometry, OfACloudAgreesWithItsMeshWithoutFaces) {
   EXPECT_EQ(description.face_count, 0u);
   EXPECT_EQ(mesh.point_count, 64u);
   EXPECT_TRUE(mesh.faces.empty());
-  // Of the same bits as in their own types.
+  // Values have the bits that they have in their own types.
   const DracoGeometry cloud = must(decode_geometry(usual_cloud().bytes));
   ASSERT_EQ(mesh.attributes.size(), 3u);
   const char* const semantics[] = {"POSITION", "NORMAL", "COLOR_0"};

@@ -68,7 +68,7 @@ TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
   size_t sequential = 0, narrow = 0;
   for (const Sample& sample : stream_samples()) {
     SCOPED_TRACE(sample.name);
-    // With the accessors' counts, and without.
+    // The first source has the accessors' counts, the second has none.
     for (const PrimitiveSource& source : {sample.exact_source(), sample.source()}) {
       const auto primitive = must(CompressedPrimitive::open(source));
       ASSERT_EQ(primitive.point_count(), sample.expected.point_count);

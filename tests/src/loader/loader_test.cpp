@@ -298,7 +298,7 @@ TEST(Loader, StopsBetweenPatches) {
   EXPECT_EQ(primitive.decode(buffers.out, options).code(), StatusCode::kCancelled);
   EXPECT_GT(last, 0u);
   EXPECT_LT(last, primitive.patch_count());
-  // Before the first task, also with other backends.
+  // Other backends, too, stop before the first task.
   const DecodeBackend draco = draco_backend();
   options.backend = &draco;
   options.progress = [](size_t, size_t) { ADD_FAILURE() << "it decodes"; };

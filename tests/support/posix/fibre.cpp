@@ -117,7 +117,7 @@ namespace {
 thread_local Fibre* switched_from = nullptr;
 thread_local Fibre* switched_to = nullptr;
 
-// What lies on a stack that does not run, and which word of it is where psplit_switch_stack returns to.
+// The words on a stack that does not run, and the one with the address that psplit_switch_stack returns to.
 #if defined(__x86_64__)
 // The last word is the return address of enter(), which does not return. It aligns the stack as at a call.
 constexpr size_t kSavedWords = 8, kReturnWord = 6;

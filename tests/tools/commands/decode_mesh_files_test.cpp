@@ -1,4 +1,5 @@
-// gltf-psplit decode to mesh files: what they hold is what the asset holds, and what they cannot hold is named.
+// gltf-psplit decode to mesh files: they hold the content of the asset, and messages name what they cannot
+// hold.
 #include "gltf_ext/primitive/read_primitives.h"
 #include "mesh_files/read_asset.h"
 #include "psplit/decode.h"

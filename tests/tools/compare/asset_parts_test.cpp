@@ -63,7 +63,7 @@ TEST(AssetParts, CountsImagesBesideTheAssetAndTellsOfMissingOnes) {
 
 TEST(AssetParts, TakesOverlappingAccessorsForNoNegativeRest) {
   Document document = sample();
-  document.json()["accessors"][2]["byteOffset"] = 0;  // the same bytes as accessor 1
+  document.json()["accessors"][2]["byteOffset"] = 0;  // the bytes of accessor 1
   document.json()["bufferViews"][2]["byteOffset"] = 36;
   document.json()["buffers"][0]["byteLength"] = 36 + 70;
   const std::vector<PrimitiveId> all{{0, 0}, {0, 1}};

@@ -103,7 +103,7 @@ TEST(MatchElements, OrderCornersAndSplitPointsDoNotCount) {
   }
 }
 
-// With sanitizers on a coarse grid and on a fine one.
+// Sanitizers watch a coarse grid and a fine one.
 TEST(MatchElements, AnyGridOfPositionsIsWithinHalfAStep) {
   Random random(2);
   const bool all = !kHasSanitizers;

@@ -106,8 +106,8 @@ AssetCounts counts_of_stl(Scanner& scanner, uint64_t bytes) {
   return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes + doubles)};
 }
 
-// The front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices and faces, otherwise
-// faces and points. Older streams and those with metadata have other fronts.
+// Reads the counts from the front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices
+// and faces, otherwise faces and points. Older streams and streams with metadata begin differently.
 AssetCounts counts_of_draco(std::string_view head, uint64_t bytes) {
   constexpr size_t kMethodAt = 8, kFlagsAt = 10, kBodyAt = 11, kMinorAt = 6;
   constexpr uint64_t kAttributes = 2 * kVectorBytes + kPairBytes, kFacesOfByte = 4;

@@ -7,7 +7,7 @@
 
 namespace psplit {
 
-// The lines between a batch and its worker. To the worker: an item and its "id". To the batch:
+// The lines between a batch and its worker. Sent to the worker: an item and its "id". To the batch:
 //   {"id", "waits": true or false}   the asset waits for memory, or it runs
 //   {"id", "row", "alone", "spares_report"}   the asset ended; `alone`: it may succeed when it is alone. Of the
 //                                    row it has what BatchTally reads; kBeforeText and the whole row follow

@@ -25,7 +25,7 @@ struct PlainStream {
   std::vector<uint8_t> bytes;
   size_t stride = 0;
   MeshoptFilter filter = MeshoptFilter::kNone;
-  std::vector<uint8_t> as_colors{};  // the same values for the filter of colours, of the same stride; or empty
+  std::vector<uint8_t> as_colors{};  // the values for the filter of colours, with this stride; or empty
 };
 
 // The places of all values on the grid of `coding`.

@@ -33,8 +33,8 @@ struct MeshoptMesh {
   size_t index_bytes = 0;  // encoded
   std::vector<MeshoptStream> streams;
   std::vector<uint8_t> packed;       // indices, then streams
-  std::vector<uint8_t> with_zstd;    // the same in one zstd frame
-  std::vector<uint8_t> with_brotli;  // the same in one brotli stream; empty without brotli
+  std::vector<uint8_t> with_zstd;    // `packed` in one zstd frame
+  std::vector<uint8_t> with_brotli;  // `packed` in one brotli stream; empty without brotli
 
   const std::vector<uint8_t>& bytes(MeshoptForm form) const {
     return form == MeshoptForm::kZstd ? with_zstd : form == MeshoptForm::kBrotli ? with_brotli : packed;

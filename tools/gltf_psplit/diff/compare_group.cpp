@@ -252,7 +252,7 @@ class GroupComparer {
     return best;
   }
 
-  // `has_partner`: of the elements of the other side.
+  // has_partner[i] says whether element i of the other side has a partner.
   AssetDifference describe(const ElementPair& pair, uint32_t element, const std::vector<bool>& has_partner,
                            bool in_b) const {
     const ElementBag::Located located = pair.a().locate(element);

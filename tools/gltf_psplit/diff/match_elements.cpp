@@ -18,7 +18,7 @@ uint64_t mix(uint64_t hash, uint64_t value) {
   return hash ^ (hash >> 29);
 }
 
-uint64_t bits_of(double value) { return std::bit_cast<uint64_t>(value + 0.0); }  // the same for -0 and 0
+uint64_t bits_of(double value) { return std::bit_cast<uint64_t>(value + 0.0); }  // -0 and 0 have equal bits
 
 // The keys by which elements are looked up.
 class Cells {
@@ -44,7 +44,7 @@ class Cells {
   void find(const ElementBag& bag, uint32_t element, bool own, std::vector<uint64_t>& keys) const {
     const ElementBag::Located located = bag.locate(element);
     const std::vector<ValuesView>& columns = bag.parts()[located.part].columns;
-    uint64_t sum = 0;  // the same for every turn
+    uint64_t sum = 0;  // does not depend on the first corner
     for (int corner = 0; corner < corner_count_; ++corner) {
       uint64_t hash = 0;
       for (const size_t column : exact_)
@@ -161,7 +161,7 @@ class Matcher {
   }
 
  private:
-  // A cell of `b`: order_[begin, end). Those in [begin, free_end) have no partner yet.
+  // A cell of `b`: order_[begin, end). Elements in [begin, free_end) have no partner yet.
   struct Bucket {
     uint64_t key;
     uint32_t begin, end, free_end;
@@ -481,7 +481,7 @@ Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears,
   match.largest.assign(pair.column_count(), 0.0);
   for (const size_t side : {0u, 1u}) match.has_partner[side].resize(bags[side]->size());
   bool complete = true;
-  // Of each side: elements that stay for the next window, first those without a partner.
+  // The elements of each side that stay for the next window: `alone` have no partner, `paired` have one.
   std::vector<uint32_t> alone[2], paired[2];
   for (size_t window = 0; window < windows.count(); ++window) {
     std::vector<uint32_t> elements[2];

@@ -25,7 +25,7 @@ Status check_paths(const std::string& input, const Document* document, const std
                    const std::string& report, const Session& session, WriteReport& written,
                    OutputForms forms = OutputForms::kGltf);
 // Reads the input of a command that makes one asset of another, between these checks without and with the
-// document. For the rest see read_input.
+// document. read_input describes the rest.
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend = "auto", const std::filesystem::path& spool = {},

@@ -204,7 +204,7 @@ class SceneParts {
   const Document& document_;
   const bool takes_points_;
   const ThreadPool& pool_;
-  std::deque<Mesh> meshes_;  // those whose values no buffer has as they are
+  std::deque<Mesh> meshes_;  // meshes whose values no buffer has as they are
   std::map<std::pair<size_t, size_t>, MeshView> views_;
   UniqueNames names_, material_names_;
   uint64_t size_ = 0, own_size_ = 0;  // faces, or points; with and without repetitions

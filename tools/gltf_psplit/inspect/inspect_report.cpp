@@ -85,7 +85,7 @@ std::string sections_text(const InspectedPrimitive& primitive) {
          " condensed\n" + table.to_string();
 }
 
-// Sizes of sections in bytes. With the directory, the head and the stitch map they sum to the container.
+// Sizes of sections in bytes. The sections, the directory, the head and the stitch map are the whole container.
 Json sections_json(const InspectedPrimitive& primitive) {
   const WholeSections sections = whole_sections(primitive);
   Json attributes = Json::array();

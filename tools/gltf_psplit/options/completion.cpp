@@ -63,7 +63,7 @@ std::vector<std::string> names_of(const std::vector<Word>& words) {
   return names;
 }
 
-// In single quotes. fish escapes a quote within them; other shells close them before it.
+// Puts a text in single quotes. fish escapes a quote within them; other shells close them before it.
 std::string quoted(std::string text, bool is_fish) {
   for (size_t at = 0; (at = text.find_first_of(is_fish ? "\\'" : "'", at)) != std::string::npos;) {
     const std::string escaped = is_fish ? "\\" + text.substr(at, 1) : "'\\''";

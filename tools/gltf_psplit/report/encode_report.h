@@ -44,11 +44,11 @@ struct EncodeResult {
   Json primitives = Json::array();
   size_t split_count = 0;        // in several patches, or in the extension
   size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
-  size_t recoded_count = 0;      // those whose streams are the input's, condensed
+  size_t recoded_count = 0;      // primitives whose streams are the input's, condensed
   uint64_t unsplit_streams = 0;  // primitives of draco_count whose geometry no earlier one has
   // Attributes that the user skips, and the number of primitives that had each.
   std::map<std::string, size_t> dropped_attributes;
-  std::map<std::string, size_t> unused_attributes;  // those that --skip unused would leave out
+  std::map<std::string, size_t> unused_attributes;  // attributes that --skip unused would leave out
   // Of quantized positions: the least and the most bits, about how many there are, and the sum of their bits.
   int least_bits = 0, most_bits = 0;
   uint64_t quantized_positions = 0, bits_of_positions = 0;

@@ -11,7 +11,7 @@ struct PatchSummary {
   uint64_t patches = 0;  // without the residue
   uint64_t faces = 0, points = 0, references = 0;
   uint64_t largest_patch_faces = 0, patch_faces = 0;  // the residue's faces are in no patch
-  uint64_t condensed_patches = 0;                     // those whose streams are condensed
+  uint64_t condensed_patches = 0;                     // patches whose streams are condensed
   uint64_t payload_bytes = 0, directory_bytes = 0, head_bytes = 0, stitch_bytes = 0, total_bytes = 0;
 
   // (sum over patches of their points) / points - 1

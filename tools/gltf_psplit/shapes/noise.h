@@ -75,12 +75,13 @@ inline double value_noise(Vec3 p, uint64_t seed) {
   return a + (along_y(2) - a) * tz;
 }
 
-// Over three times the root mean square of the gradient of value_noise. On one axis, the gradient can reach 3
-// (the easing's slope of 1.5, times a difference of 2), but several octaves are not that steep at the same
-// place.
+// This is over three times the root mean square of the gradient of value_noise. On one axis, the gradient can
+// reach 3 (the easing's slope of 1.5, times a difference of 2), but several octaves are not that steep at the
+// same place.
 inline constexpr double kNoiseSlope = 1.4;
 
-// Like a sine of period 1, but made of parabolas, without libm. In [-1, 1], with a slope of at most 8.
+// A wave like a sine of period 1, but made of parabolas, without libm. Its values are in [-1, 1], and its slope
+// is at most 8.
 inline double parabola_wave(double x) {
   const double u = x - std::floor(x + 0.5);
   return 8 * u * (1 - 2 * std::fabs(u));

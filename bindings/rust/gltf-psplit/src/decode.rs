@@ -44,7 +44,7 @@ pub struct Buffers<'b> {
 unsafe impl Send for Buffers<'_> {}
 
 impl<'b> Buffers<'b> {
-    /// For `mesh`, without memory.
+    /// Buffers for `mesh`, which have no memory yet.
     pub fn new(mesh: &Mesh<'_>) -> Result<Self, Error> {
         let infos = mesh.attributes()?;
         let mut buffers = sys::psplit_buffers::new();
@@ -155,7 +155,7 @@ impl<'b> Buffers<'b> {
 /// The numbers of points, three for each face.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Indices {
-    /// Of at most 65,535 points.
+    /// Indices of at most 65,535 points.
     U16(Vec<u16>),
     U32(Vec<u32>),
 }

@@ -102,7 +102,7 @@ pub struct EncodeOptions<'a> {
     /// Both 0: 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces, from 20,000 faces on.
     pub patch_count: u32,
     pub patch_faces: u32,
-    /// Of components of floats, 1 to 30; `None`: exactly.
+    /// Bits of components of floats, 1 to 30; `None` keeps floats exactly.
     pub position_bits: Option<u32>,
     pub normal_bits: Option<u32>,
     pub texcoord_bits: Option<u32>,
@@ -280,7 +280,7 @@ impl Encoded {
     pub fn face_count(&self) -> u32 {
         self.info().face_count
     }
-    /// With a residue.
+    /// The number of patches, including a residue.
     pub fn patch_count(&self) -> u32 {
         self.info().patch_count
     }

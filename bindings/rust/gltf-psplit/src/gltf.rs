@@ -31,7 +31,7 @@ impl<'a> Gltf<'a> {
         unsafe { open(bytes, 0) }
     }
 
-    /// As [`Gltf::open`], with a copy of the bytes.
+    /// Opens a copy of the bytes, otherwise like [`Gltf::open`].
     pub fn open_copy(bytes: &[u8]) -> Result<Gltf<'static>, Error> {
         // SAFETY: PSPLIT_COPY makes the library read the bytes during the call only.
         unsafe { open(bytes, sys::PSPLIT_COPY) }

@@ -1,7 +1,7 @@
-//! Decodes and encodes Draco meshes, of `.drc` files and of glTF (`KHR_draco_mesh_compression`), and those of the glTF
-//! extension `PSPLIT_mesh_draco_patches`, whose patches decode on all threads.
+//! Decodes and encodes Draco meshes of `.drc` files, of glTF (`KHR_draco_mesh_compression`), and of the glTF extension
+//! `PSPLIT_mesh_draco_patches`, whose patches decode on all threads.
 //!
-//! Over the C library of psplit. It is linked as a shared library; see `docs/rust.md` of psplit.
+//! The crate calls the C library of psplit, which is linked as a shared library; see `docs/rust.md` of psplit.
 //!
 //! ```no_run
 //! use gltf_psplit::{Gltf, Mesh, Run};

@@ -44,7 +44,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Coding {
-    /// Of meshes that are no `.drc` files.
+    /// The mesh is no `.drc` file.
     Unknown,
     Sequential,
     Edgebreaker,
@@ -93,7 +93,7 @@ pub struct AttributeRequest {
     pub unique_id: u32,
     /// The accessor's `componentType`: one of glTF's six.
     pub component_type: ComponentType,
-    /// Of a value, 1 to 16.
+    /// The components of a value, 1 to 16.
     pub components: u32,
     pub normalized: bool,
 }
@@ -104,7 +104,7 @@ pub struct OpenOptions {
     /// The `count` of the accessors of attributes and of indices, which are compared with the bytes; 0: not known.
     pub point_count: u64,
     pub index_count: u64,
-    /// Of `.drc` files: values are the integers of the stream, `i32`, where it has such.
+    /// Whether values of `.drc` files are the integers of the stream, `i32`, where it has such.
     pub integers: bool,
 }
 
@@ -116,7 +116,7 @@ pub struct MeshInfo {
     /// 0: a point cloud.
     pub face_count: u32,
     pub attribute_count: u32,
-    /// With the residue; 1 for a Draco stream.
+    /// The number of patches, including the residue; 1 for a Draco stream.
     pub patch_count: u32,
     /// Whether the last patch has the faces and points that no other stream can carry.
     pub has_residue: bool,
@@ -133,7 +133,7 @@ pub struct AttributeInfo {
     pub name: String,
     pub unique_id: u32,
     pub semantic: Semantic,
-    /// Of the values that are decoded.
+    /// The type of the decoded values.
     pub component_type: ComponentType,
     pub components: u32,
     pub normalized: bool,
@@ -146,11 +146,11 @@ pub struct AttributeInfo {
 /// How the values of an attribute are stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantization {
-    /// Of a component. 0: exactly. Without an origin, of coordinates on an octahedron of unit vectors. With one: value =
-    /// origin + i * range / (2^bits - 1).
+    /// The bits of a component. With 0 bits, values are exact. With bits and an origin, they are places i on a grid: value =
+    /// origin + i * range / (2^bits - 1). Without an origin, they are unit vectors on an octahedron.
     pub bits: u32,
     pub range: f32,
-    /// Of each component, or empty.
+    /// The origin of each component, or empty.
     pub origin: Vec<f32>,
 }
 
@@ -158,7 +158,7 @@ pub struct Quantization {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchInfo {
     pub face_count: u32,
-    /// As it decodes alone, with the points that other patches own.
+    /// The points of the patch when it decodes alone, including points that other patches own.
     pub point_count: u32,
     /// Bytes; 0 for a `.drc` file.
     pub stream_size: u32,
@@ -217,7 +217,7 @@ impl<'a> Mesh<'a> {
         unsafe { open(kind, bytes, attributes, options, 0) }
     }
 
-    /// As [`Mesh::open`], with a copy of the bytes.
+    /// Opens a copy of the bytes, otherwise like [`Mesh::open`].
     pub fn open_copy(
         kind: Kind,
         bytes: &[u8],

@@ -16,7 +16,7 @@ unsafe impl Send for Pool {}
 unsafe impl Sync for Pool {}
 
 impl Pool {
-    /// `threads` count the calling thread; 0 means one for each processor. At most 4096.
+    /// `threads` count the calling thread; 0 means one for each processor, and 4096 is the most.
     pub fn new(threads: u32) -> Result<Self, Error> {
         let threads = i32::try_from(threads).map_err(|_| Error::usage("too many threads"))?;
         let mut pool = null_mut();
@@ -54,7 +54,7 @@ impl Stop {
         Ok(Self(NonNull::new(stop).expect("a new flag is not null")))
     }
 
-    /// From any thread, also while calls read the flag.
+    /// Sets the flag, from any thread, also while calls read it.
     pub fn set(&self, value: bool) {
         // SAFETY: the handle lives as long as self, and the flag is atomic.
         unsafe { sys::psplit_stop_set(self.0.as_ptr(), value.into()) }
@@ -68,10 +68,10 @@ impl Drop for Stop {
     }
 }
 
-/// How a call runs. By default on one thread for each processor.
+/// How a call runs. The default is one thread for each processor.
 #[derive(Clone, Copy, Default)]
 pub struct Run<'a> {
-    /// Without a pool: the threads of this call; 0 means one for each processor.
+    /// The threads of this call, if there is no pool; 0 means one for each processor.
     pub threads: u32,
     /// Threads of a pool. Reuse a pool for frequent calls.
     pub pool: Option<&'a Pool>,
@@ -83,7 +83,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// On the calling thread alone.
+    /// Runs on the calling thread alone.
     pub fn serial() -> Self {
         Self { threads: 1, ..Self::default() }
     }

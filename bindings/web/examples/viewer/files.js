@@ -56,7 +56,7 @@ export function on_drop(hint, open) {
   });
 }
 
-// The files of a drop, also those in folders.
+// The files of a drop, also the files in its folders.
 async function dropped_files({ items, files }) {
   // Entries are lost after the first wait.
   const entries = [...items].map((item) => item.webkitGetAsEntry?.()).filter((entry) => entry != null);

@@ -23,7 +23,7 @@ class Column {
     this.components = kComponentCounts[this.accessor.type];
     this.count = this.accessor.count;
     const bytes = this.Type.BYTES_PER_ELEMENT;
-    // In components, from one element to the next.
+    // The components from one element to the next.
     this.stride = name === undefined ? 1 : aligned_stride(bytes * this.components) / bytes;
   }
   get bytes() {
@@ -116,7 +116,7 @@ export class Container {
     this.indices.resize(3 * faceCount, index_type(this.indices.accessor, pointCount));
     for (const column of this.attributes) column.resize(pointCount);
   }
-  // Of arrays in the order of columns.
+  // The buffers of arrays that are in the order of columns.
   buffers_of(arrays) {
     return new Map(this.columns.map((column, i) => [column.view, column.buffer_of(arrays[i])]));
   }

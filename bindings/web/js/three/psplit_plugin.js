@@ -42,7 +42,7 @@ export class PsplitPlugin {
   #running = new Set();     // the AbortControllers of containers that are being decoded
   #failure = null;          // the first one
   #turn = null;       // while the loader requests the parts of a mesh: resolves when the meshes before it are made
-  #next_turn = null;  // the same for the next one
+  #next_turn = null;  // resolves when the meshes before the next mesh are made
   #stop = () => this.#running.forEach((controller) => controller.abort());
 
   constructor(parser, options) {
@@ -121,7 +121,7 @@ export class PsplitPlugin {
     return container.buffers.then((buffers) => buffers.get(view));
   }
 
-  // Of a buffer view that is stored as it is. Others are left to their extensions.
+  // The bytes of a buffer view without extensions, as they arrive; null leaves other views to their extensions.
   #arriving_view(view) {
     if (this.#asset === undefined || this.#parser.json.bufferViews[view].extensions !== undefined) return null;
     return this.#asset.view(view).then(({ buffer }) => buffer);
@@ -131,7 +131,7 @@ export class PsplitPlugin {
     gltf.psplit = this;
   }
 
-  // For users
+  // The members that users call:
 
   get whole() {
     const whole = Promise.all(this.#growing).then(() => {});
@@ -186,7 +186,7 @@ export class PsplitPlugin {
       throw error;
     });
     this.#growing.push(whole);
-    // Without a first part, the arrays are those of the fallback.
+    // If no part has come, the fallback's arrays are used.
     return Promise.race([growing.buffers,
       whole.then((arrays) => (growing.has_begun ? growing.buffers : container.buffers_of(arrays)))]);
   }
@@ -288,7 +288,7 @@ export class PsplitPlugin {
     this.#options.onProgress?.(sum('done'), sum('total'), container.uses[0]);
   }
 
-  // For example: assets/ship.bin: mesh 2 "hull", primitive 0
+  // The place of an error, such as: assets/ship.bin: mesh 2 "hull", primitive 0
   #place_of({ mesh, primitive }, view) {
     const { json, options } = this.#parser;
     const uri = json.buffers?.[json.bufferViews?.[view]?.buffer]?.uri ?? '', { name } = json.meshes[mesh];

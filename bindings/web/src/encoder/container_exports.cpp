@@ -174,7 +174,7 @@ PSPLIT_WEB_EXPORT(encode) const uint32_t* encode_one(Encoding* encoding, uint32_
   }
   return encoding->words.data();
 }
-// Of the last mesh: the largest distance between a position and its decoded one. NaN if it was not verified.
+// The largest distance between a position of the last mesh and its decoded one; NaN if it was not verified.
 PSPLIT_WEB_EXPORT(position_error) double position_error(const Encoding* encoding) {
   return encoding->encoded.statistics.position_error.value_or(std::numeric_limits<double>::quiet_NaN());
 }

@@ -19,7 +19,7 @@
 namespace psplit::core {
 namespace {
 
-// Streams that are condensed together, those of them that could be condensed.
+// Streams that share a head. Streams that cannot be condensed are left out.
 struct Batch {
   CondensedHead head;
   struct Stream {

@@ -1,4 +1,4 @@
-// Sections of condensed streams, and what is coded in them, against the encoder's writer of sections.
+// Sections of condensed streams, and the readers of their contents, against the encoder's writer of sections.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -143,7 +143,7 @@ TEST(Tokens, CoverAllSymbols) {
   EXPECT_EQ(next, uint64_t{1} << 32);
 }
 
-// In step, sequences of all numbers of components, with few and with many bits together.
+// Sequences of all numbers of components are decoded in step, with few and with many bits together.
 TEST(Tokens, DecodeToTheirSymbolsInStep) {
   std::mt19937 random(2);
   const std::vector<uint16_t> frequencies = frequencies_of(kTokenCount, random);
@@ -258,7 +258,7 @@ TEST(ContextSymbols, DependOnTheLastSymbols) {
   }
 }
 
-// What is coded in a context without frequencies is not a symbol.
+// A context without frequencies codes no symbol.
 TEST(ContextSymbols, AreInvalidInAContextThatIsNeverUsed) {
   const CondensedHead head = head_of(1, {kOneSymbol, kOneSymbol, kOneSymbol, kOneSymbol, {0, 0, 0, 0, 0}}, {});
   const Bytes bytes = {1, 2, 3, 4};

@@ -30,7 +30,8 @@ TEST(DeltaWeights, SumTo64AndAreAboutEqualIfEven) {
   EXPECT_EQ(sum_of(even_delta_weights(0)), 0);
 }
 
-// Places around a vertex in a plane or in space: what is affine in them is predicted within the weights' steps.
+// Around a vertex lie places in a plane or in space. Affine functions of the places are predicted within the
+// weights' steps.
 TEST(DeltaWeights, PredictAffineFunctions) {
   std::mt19937 random(1);
   const auto between = [&](int low, int high) {
@@ -58,7 +59,7 @@ TEST(DeltaWeights, PredictAffineFunctions) {
   EXPECT_GT(largest, 0);
 }
 
-// With vectors and without them. Sanitizers watch the arithmetic.
+// The test compares code with vectors and without them. Sanitizers watch the arithmetic.
 TEST(DeltaWeights, SumTo64AtAnyPlaces) {
   std::mt19937 random(2);
   constexpr int32_t kSpecial[] = {0, 1, -1, 127, -128, 128, INT32_MAX, INT32_MIN, 1 << 20};
@@ -114,7 +115,7 @@ TEST(LatestPlaces, AreTheEightLatestCandidates) {
 }
 #endif
 
-// With vectors and without them.
+// The test compares code with vectors and without them.
 TEST(DeltaRecord, HasTheNearestNumbersOf16Bits) {
   std::mt19937 random(3);
   for (int i = 0; i < 20000; ++i) {

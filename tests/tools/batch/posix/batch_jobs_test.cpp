@@ -121,7 +121,7 @@ TEST_F(BatchJobs, PruneRemovesOnlyWhatABatchMadeFromInputsThatAreGone) {
   auto left = before;
   std::erase_if(left, [](const auto& file) { return file.first.starts_with("a.") || file.first == "x/c.glb"; });
   EXPECT_TRUE(files("out") == left);
-  // What was removed is forgotten: a file that others put there is theirs, also after a merge.
+  // The record forgets removed outputs: a file that somebody puts there later is kept, also after a merge.
   ASSERT_EQ(shell(prune), 0) << err_;
   EXPECT_EQ(out_, "");
   generate("in/a.glb");
