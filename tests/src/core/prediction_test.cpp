@@ -197,17 +197,21 @@ AttributeTable<uint16_t> random_table(const Connectivity<uint16_t>& mesh, uint32
                                       Arena& arena) {
   AttributeTable<uint16_t> out{mesh.table, mesh.closed, mesh.vertex_count, false};
   if (one_of == 0) return out;
-  View<uint16_t> edges, value_counts;
-  View<uint8_t> bits;
+  View<uint16_t> edges, around, value_counts;
+  View<uint8_t> bits, changes;
   View<bool> on_seam;
   if (!arena.take(edges, mesh.table.vertex.size()) || !arena.take(bits, mesh.table.vertex.size()) ||
+      !arena.take(around, mesh.table.vertex.size()) || !arena.take(changes, mesh.table.vertex.size()) ||
       !arena.take(value_counts, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count))
     __builtin_trap();
   edges = edges.first(list_inner_edges(mesh.table, edges));
   bits = bits.first(edges.size());
   for (size_t i = 0; i < bits.size(); ++i) bits[i] = random() % one_of == 0 ? 1 : 0;
+  fill(on_seam, false);
   EXPECT_EQ(cut_seams(mesh, edges, View<const uint8_t>(bits), arena, out, on_seam), Fault::kNone);
-  if (out.has_seams) number_attribute_vertices(mesh, View<const bool>(on_seam), value_counts, out);
+  AttributeTable<uint16_t>* const one = &out;
+  if (out.has_seams)
+    VertexSplit<uint16_t>(mesh, around, changes, value_counts).split(&one, 1, View<const bool>(on_seam), {});
   return out;
 }
 
