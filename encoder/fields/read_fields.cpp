@@ -258,10 +258,13 @@ class FieldsReader {
     fields_.seams.resize(seams.size());
     seam_vertex_counts_.assign(seams.size(), mesh_.vertex_count);
     if (seams.empty()) return Fault::kNone;
-    core::View<uint32_t> edges, scratch;
+    core::View<uint32_t> edges, around, scratch;
+    core::View<uint8_t> changes;
     core::View<bool> on_seam;
-    if (!arena_.take(edges, size_t{3} * header_.counts.face_count) ||
-        !arena_.take(scratch, mesh_.vertex_count) || !arena_.take(on_seam, mesh_.vertex_count))
+    const uint64_t corner_count = uint64_t{3} * header_.counts.face_count;
+    if (!arena_.take(edges, corner_count) || !arena_.take(around, corner_count) ||
+        !arena_.take(changes, corner_count) || !arena_.take(scratch, mesh_.vertex_count) ||
+        !arena_.take(on_seam, mesh_.vertex_count))
       return Fault::kWorkspace;
     const uint32_t edge_count = core::list_inner_edges(mesh_.table, edges);
     edges = edges.first(edge_count);
@@ -271,10 +274,12 @@ class FieldsReader {
       append_flags(seams[i], edge_count, flags);
       core::AttributeTable<uint32_t> table;
       const size_t mark = arena_.mark();
+      core::fill(on_seam, false);
       const Fault fault = core::cut_seams(mesh_, edges, {flags.data(), flags.size()}, arena_, table, on_seam);
       if (fault != Fault::kNone) return fault;
+      core::AttributeTable<uint32_t>* const one = &table;
       if (table.has_seams)
-        core::number_attribute_vertices(mesh_, core::View<const bool>(on_seam), scratch, table);
+        core::VertexSplit<uint32_t>(mesh_, around, changes, scratch).split(&one, 1, on_seam, {});
       seam_vertex_counts_[i] = table.vertex_count;
       arena_.release(mark);
     }

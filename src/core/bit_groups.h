@@ -19,13 +19,12 @@ PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at)
   return bits >> shift;
 }
 
-// Decodes tags.size() groups of `components` values, at most 255, to `out`, which has room for all values.
-// `tags` may be the end of `out`. Every lane has a reader of its own. All readers are at the same byte, and
-// take the same bytes. A tag above 32 is a fault; `out` is undefined then.
-template <Lanes L>
-PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
+// read_tagged; kComponents is 0, or equals `components`.
+template <uint32_t kComponents, Lanes L>
+PSPLIT_HD Fault read_groups(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
                             View<uint32_t> out) {
   constexpr uint32_t kMostBits = 32;
+  if constexpr (kComponents != 0) components = kComponents;
   const uint8_t* data = reader.head();
   const size_t size = reader.remaining();
   const auto group_count = static_cast<uint32_t>(tags.size());
@@ -55,6 +54,20 @@ PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> ta
   lanes.sync();
   // Bits past the end were read as 0, but they cannot be skipped.
   return reader.skip((taken + 7) / 8) ? Fault::kNone : Fault::kTruncated;
+}
+// Decodes tags.size() groups of `components` values, at most 255, to `out`, which has room for all values.
+// `tags` may be the end of `out`. Every lane has a reader of its own. All readers are at the same byte, and
+// take the same bytes. A tag above 32 is a fault; `out` is undefined then.
+template <Lanes L>
+PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
+                            View<uint32_t> out) {
+  if constexpr (L::size() == 1 && !PSPLIT_IS_SMALL_CODE) {
+    // One thread is faster if it knows their number when it is compiled.
+    if (components == 2) return read_groups<2>(lanes, reader, tags, components, out);
+    if (components == 3) return read_groups<3>(lanes, reader, tags, components, out);
+    if (components == 4) return read_groups<4>(lanes, reader, tags, components, out);
+  }
+  return read_groups<0>(lanes, reader, tags, components, out);
 }
 
 }  // namespace psplit::core

@@ -90,18 +90,26 @@ class OctahedralGrid {
   }
 
 #if defined(PSPLIT_HAS_VECTORS)
-  // Converts four places to unit vectors at once.
+  // Converts four places, each of two numbers, to unit vectors at once. Of their fourth numbers nothing is
+  // said.
   static constexpr uint32_t kAtOnce = 4;
-  PSPLIT_ONCE_IF_SMALL void unit_vectors(const Vec2 (&at)[kAtOnce], float (&out)[kAtOnce][3]) const {
-    using Floats = float __attribute__((vector_size(16)));
+  using Floats = float __attribute__((vector_size(16)));
+  PSPLIT_ONCE_IF_SMALL void unit_vectors(const int32_t* const (&at)[kAtOnce], Floats (&out)[kAtOnce]) const {
     using Ints = int32_t __attribute__((vector_size(16)));
+    using Pair = int32_t __attribute__((vector_size(8)));
     const auto choose = [](Ints mask, Floats a, Floats b) {
       return reinterpret_cast<Floats>((reinterpret_cast<Ints>(a) & mask) | (reinterpret_cast<Ints>(b) & ~mask));
     };
     const Floats zero{};
     const float scale = 2.0f / static_cast<float>(max_);
-    Floats y = __builtin_convertvector(Ints{at[0].s, at[1].s, at[2].s, at[3].s}, Floats) * scale - 1.0f;
-    Floats z = __builtin_convertvector(Ints{at[0].t, at[1].t, at[2].t, at[3].t}, Floats) * scale - 1.0f;
+    Pair pairs[kAtOnce];
+    for (uint32_t k = 0; k < kAtOnce; ++k) copy_bytes(&pairs[k], at[k], sizeof pairs[k]);
+    const Ints first = __builtin_shufflevector(pairs[0], pairs[1], 0, 1, 2, 3),
+               second = __builtin_shufflevector(pairs[2], pairs[3], 0, 1, 2, 3);
+    Floats y =
+        __builtin_convertvector(__builtin_shufflevector(first, second, 0, 2, 4, 6), Floats) * scale - 1.0f;
+    Floats z =
+        __builtin_convertvector(__builtin_shufflevector(first, second, 1, 3, 5, 7), Floats) * scale - 1.0f;
     const Floats x = 1.0f - choose(y < zero, -y, y) - choose(z < zero, -z, z);
     Floats fold = -x;
     fold = choose(fold < zero, zero, fold);
@@ -122,10 +130,10 @@ class OctahedralGrid {
     const Floats ux = unit(x), uy = unit(y), uz = unit(z);
     const Floats low = __builtin_shufflevector(ux, uy, 0, 4, 1, 5),
                  high = __builtin_shufflevector(ux, uy, 2, 6, 3, 7);
-    const Floats rows[] = {
-        __builtin_shufflevector(low, uz, 0, 1, 4, 4), __builtin_shufflevector(low, uz, 2, 3, 5, 5),
-        __builtin_shufflevector(high, uz, 0, 1, 6, 6), __builtin_shufflevector(high, uz, 2, 3, 7, 7)};
-    for (uint32_t k = 0; k < kAtOnce; ++k) copy_bytes(out[k], &rows[k], sizeof out[k]);
+    out[0] = __builtin_shufflevector(low, uz, 0, 1, 4, 4),
+    out[1] = __builtin_shufflevector(low, uz, 2, 3, 5, 5);
+    out[2] = __builtin_shufflevector(high, uz, 0, 1, 6, 6),
+    out[3] = __builtin_shufflevector(high, uz, 2, 3, 7, 7);
   }
 #endif
 

@@ -33,23 +33,18 @@ struct Patch {
   PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, DataType type,
                               PlaceOf place_of) const {
     const ValueWriter<Index> writer(attribute, type);
-    const Group<Index>& group = groups[attribute.group];
-    const bool is_raw = attribute.coding == Coding::kRaw;
-    if (!PSPLIT_IS_SMALL_CODE && corner_of_point.empty() && !is_raw)
-      return writer.template write<kAligned>(
-          lanes, point_count, [](uint32_t point) { return point; }, place_of);
-    writer.template write<kAligned>(
-        lanes, point_count,
-        [&](uint32_t point) -> uint32_t {
-          const uint32_t vertex =
-              corner_of_point.empty() ? point : group.table.table.vertex[corner_of_point[point]];
-          return is_raw ? group.sequence.rank[vertex] : vertex;
-        },
-        place_of);
+    with_value_of(attribute, [&](auto value_of) {
+      writer.template write<kAligned>(lanes, point_count, value_of, place_of);
+    });
   }
   template <typename PlaceOf>
   PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
     write_values(SerialLanes(), attribute, attribute.type, place_of);
+  }
+  // One value after another, the first one at `out`.
+  PSPLIT_HD void write_all_values(const Attribute<Index>& attribute, uint8_t* out) const {
+    const ValueWriter<Index> writer(attribute, attribute.type);
+    with_value_of(attribute, [&](auto value_of) { writer.write_all(point_count, value_of, out); });
   }
   // Like write_values, for an attribute that is not kRaw. vertices[point] is the point's vertex in the
   // attribute's table: several attributes of a group are written faster if these are found once.
@@ -60,12 +55,29 @@ struct Patch {
         .template write<false>(
             SerialLanes(), point_count, [vertices](uint32_t point) { return vertices[point]; }, place_of);
   }
-  // One value after another, the first one at `out`.
   PSPLIT_HD void write_all_values_of(View<const Index> vertices, const Attribute<Index>& attribute,
                                      uint8_t* out) const {
     ValueWriter<Index>(attribute, attribute.type)
         .write_all(
             point_count, [vertices](uint32_t point) { return vertices[point]; }, out);
+  }
+
+ private:
+  // Calls write(value_of), where value_of(point) is what ValueWriter asks for.
+  template <typename Write>
+  PSPLIT_HD void with_value_of(const Attribute<Index>& attribute, Write write) const {
+    const Group<Index>& group = groups[attribute.group];
+    const View<const Index> corner = corner_of_point, vertex = group.table.table.vertex,
+                            rank = group.sequence.rank;
+    const bool is_raw = attribute.coding == Coding::kRaw;
+    if (!PSPLIT_IS_SMALL_CODE && !is_raw && corner.empty())
+      return write([](uint32_t point) -> uint32_t { return point; });
+    if (!PSPLIT_IS_SMALL_CODE && !PSPLIT_MOVES_ROWS && !is_raw)
+      return write([=](uint32_t point) -> uint32_t { return vertex[corner[point]]; });
+    write([=](uint32_t point) -> uint32_t {
+      const uint32_t of_point = corner.empty() ? point : vertex[corner[point]];
+      return is_raw ? rank[of_point] : of_point;
+    });
   }
 };
 

@@ -17,10 +17,23 @@
 
 namespace psplit::core {
 
-// Predicts each value to be the value before it. Component by component: the components are short chains of
-// their own, which run at the same time. With all components in a vector register they would be one long chain.
+// Predicts each value to be the value before it. Each step waits for the one before, so it computes no more
+// than it needs: if all corrections are as an encoder writes them, all predicted values are in the range
+// already.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& on, const WrapRange& range) {
+  if constexpr (kComponents != 0 && !PSPLIT_MOVES_ROWS && !PSPLIT_IS_SMALL_CODE) {
+    if (are_corrections_of(range, on.corrections.first(size_t{on.sequence.count} * kComponents))) {
+      using Block = Components<kComponents>;
+      const Wrap<kComponents> wrap(range);
+      Block last = wrap.clamped(Block(on.zeros));
+      for (uint32_t i = 0; i < on.sequence.count; ++i) {
+        last = wrap.sum(last, Block(on.correction(i)));
+        last.store(on.at(on.sequence.corner[i]));
+      }
+      return;
+    }
+  }
   const Wrap<1> wrap(range);
   for (uint32_t i = 0; i < on.sequence.count; ++i) {
     const int32_t *const before = on.before(i), *const by = on.correction(i);

@@ -37,6 +37,12 @@ class RansBits {
     return read_rans_state(block_, &size_, kBase, 3, &state_) ? Fault::kNone : Fault::kEntropy;
   }
 
+  // Whether the bits that are left equal those of another run, as far as both are read.
+  PSPLIT_HD bool is_same(const RansBits& other) const {
+    return prob_one_ == other.prob_one_ && state_ == other.state_ && size_ == other.size_ &&
+           (size_ == 0 || equal_bytes(block_, other.block_, size_));
+  }
+
   PSPLIT_HD bool next() {
     if (state_ < kBase && size_ > 0) state_ = state_ << 8 | block_[--size_];
     const uint32_t one = (state_ >> 8) * prob_one_, rest = state_ & 0xff;

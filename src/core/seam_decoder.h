@@ -15,8 +15,13 @@ class SeamDecoder {
   // Takes the entropy-coded bits of `count` attribute data, at most kMaxAttributeData, from the reader.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t count) {
     count_ = count;
-    for (uint32_t i = 0; i < count; ++i)
+    for (uint32_t i = 0; i < count; ++i) {
       if (const Fault fault = bits_[i].start(reader); fault != Fault::kNone) return fault;
+      if constexpr (PSPLIT_MOVES_ROWS) continue;  // a device decodes all at once
+      for (uint32_t back = 1; back <= kMostLookedAt && back <= i && same_back_[i] == 0; ++back)
+        if (bits_[i].is_same(bits_[i - back]))
+          same_back_[i] = static_cast<uint8_t>(back + same_back_[i - back]);
+    }
     return Fault::kNone;
   }
 
@@ -26,7 +31,10 @@ class SeamDecoder {
     if (const Fault fault = list_edges(lanes, mesh, arena); fault != Fault::kNone) return fault;
     return alone(lanes, [&] {
       if (!arena.take(steps_, count_)) return Fault::kWorkspace;
-      for (uint32_t i = 0; i < count_; ++i) steps_[i] = BitSteps(bits_[i], seams_of(i));
+      uint32_t run_count = 0;
+      for (uint32_t i = 0; i < count_; ++i)
+        if (same_back_[i] == 0) steps_[run_count++] = BitSteps(bits_[i], seams_of(i));
+      arena.trim(steps_, run_count);
       return Fault::kNone;
     });
   }
@@ -53,7 +61,7 @@ class SeamDecoder {
     const Fault fault =
         any_seams ? list_edges(lanes, mesh, arena) : alone(lanes, [&] { return take_tables(arena); });
     if (fault != Fault::kNone) return fault;
-    fill(lanes, seams_, uint8_t{0});
+    fill(lanes, seams_.first(count * inner_edges_.size()), uint8_t{0});
     return alone(lanes, [&] {
       if (!arena.take(condensed_steps_, 1)) return Fault::kWorkspace;
       condensed_steps_[0] = {stream, section, count, seams_, inner_edges_.size()};
@@ -65,42 +73,34 @@ class SeamDecoder {
   // Cuts a table for each attribute data, and splits vertices into points, after all steps were taken.
   PSPLIT_HD Fault finish(Arena& arena, Patch<Index>& patch) {
     const Connectivity<Index>& mesh = patch.mesh;
-    const AttributeTable<Index>* seamed = nullptr;  // the last of the tables that have seams
-    uint32_t seamed_count = 0;
-    View<bool> on_seam;
-    View<Index> scratch;
-    if (!arena.take(patch.on_seam, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count) ||
-        !arena.take(scratch, mesh.vertex_count))
+    uint32_t same[kMaxAttributeData];
+    AttributeTable<Index>* cut[kMaxAttributeData];  // the tables with seams, each of them once
+    uint32_t cut_count = 0;
+    View<Index> point_counts;
+    if (!arena.take(patch.on_seam, mesh.vertex_count) || !arena.take(point_counts, mesh.vertex_count))
       return Fault::kWorkspace;
     fill(patch.on_seam, false);
     for (uint32_t i = 0; i < count_; ++i) {
-      AttributeTable<Index>& table = tables_[i];
-      const uint32_t same = same_seams(SerialLanes(), i);
-      if (same < i) {
-        table = tables_[same];
-        continue;
-      }
-      const Fault fault = cut_seams(mesh, inner_edges_, seams_of(i), arena, table, on_seam);
+      if ((same[i] = same_seams(SerialLanes(), i)) < i) continue;
+      const Fault fault = cut_seams(mesh, inner_edges_, seams_of(i), arena, tables_[i], patch.on_seam);
       if (fault != Fault::kNone) return fault;
-      if (!table.has_seams) continue;
-      seamed = &table, ++seamed_count;
-      number_attribute_vertices(mesh, View<const bool>(on_seam), scratch, table);
-      arena.trim(table.closed, table.vertex_count);
-      for (size_t v = 0; v < on_seam.size(); ++v) patch.on_seam[v] |= on_seam[v];
+      if (tables_[i].has_seams) cut[cut_count++] = &tables_[i];
     }
-    arena.give_back(inner_edges_);
+    VertexSplit<Index> split(mesh, corner_room_, seams_, point_counts);
+    if (cut_count > 0) {
+      if (!arena.take(patch.point_at, mesh.table.vertex.size())) return Fault::kWorkspace;
+      split.split(cut, cut_count, patch.on_seam, patch.point_at);
+    }
+    for (uint32_t i = 0; i < count_; ++i) tables_[i] = tables_[same[i]];
+    arena.give_back(corner_room_);
     arena.give_back(seams_);
-    arena.give_back(on_seam);
-    Fault fault = Fault::kNone;
-    if (seamed_count > 0 && !arena.take_for_good(patch.point_at, mesh.table.vertex.size()))
-      fault = Fault::kWorkspace;
-    else if (seamed_count == 1)
-      fault = store_points(PointNumbers<Index>(mesh, *seamed, scratch), arena, patch);
-    else if (seamed_count > 1)
-      fault = store_points(PointNumbers<Index>(mesh, tables_, patch.on_seam, patch.point_at, scratch), arena,
-                           patch);
-    arena.give_back(scratch);
-    return fault;
+    if (cut_count > 0) {
+      patch.point_count = split.count();
+      if (!arena.take_for_good(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
+      split.store(patch.point_at, patch.corner_of_point);
+    }
+    arena.give_back(point_counts);
+    return Fault::kNone;
   }
   // Finishes by all lanes together. Collective.
   template <Lanes L>
@@ -145,7 +145,8 @@ class SeamDecoder {
   PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
   // The bits of an attribute data, before `finish`. A condensed stream without any seams has none.
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
-    return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
+    const size_t row = attribute_data - same_back_[attribute_data];
+    return View<uint8_t>(seams_.data() + row * inner_edges_.size(), inner_edges_.size());
   }
 
   // The memory that `start` and `finish` take.
@@ -154,12 +155,17 @@ class SeamDecoder {
     const uint64_t vertices = header.counts.vertex_limit, inner_edges = 3 * faces / 2;
     return Arena::bytes<AttributeTable<Index>>(count) + Arena::bytes<BitSteps>(count) +
            (header.is_condensed() ? Arena::bytes<CondensedSeamSteps>(1) : 0) + Arena::bytes<Index>(3 * faces) +
-           Arena::bytes<uint8_t>(count * inner_edges) + 2 * Arena::bytes<bool>(vertices) +
+           Arena::bytes<uint8_t>(seam_room(count, inner_edges, faces)) + Arena::bytes<bool>(vertices) +
            Arena::bytes<Index>(vertices) + count * AttributeTable<Index>::bytes(header.counts.face_count) +
            Arena::bytes<Index>(4 * faces) + Arena::bytes<Index>(values.points);
   }
 
  private:
+  static constexpr uint32_t kMostLookedAt = 4;  // attribute data before one, in search of the same seams
+
+  PSPLIT_HD static uint64_t seam_room(uint64_t count, uint64_t edges, uint64_t faces) {
+    return count * edges > 3 * faces ? count * edges : 3 * faces;
+  }
   PSPLIT_HD Fault take_tables(Arena& arena) {
     return arena.take(tables_, count_) ? Fault::kNone : Fault::kWorkspace;
   }
@@ -167,24 +173,26 @@ class SeamDecoder {
   PSPLIT_HD Fault list_edges(L lanes, const Connectivity<Index>& mesh, Arena& arena) {
     const Fault fault = alone(lanes, [&] {
       if (const Fault of_tables = take_tables(arena); of_tables != Fault::kNone) return of_tables;
-      const bool is_taken = arena.take(inner_edges_, uint64_t{3} * mesh.counts.face_count);
+      const bool is_taken = arena.take(corner_room_, uint64_t{3} * mesh.counts.face_count);
       return is_taken ? Fault::kNone : Fault::kWorkspace;
     });
     if (fault != Fault::kNone) return fault;
-    const uint32_t edge_count = list_inner_edges(lanes, mesh.table, inner_edges_);
+    const uint32_t edge_count = list_inner_edges(lanes, mesh.table, corner_room_);
     return alone(lanes, [&] {
-      arena.trim(inner_edges_, edge_count);
-      return arena.take(seams_, uint64_t{count_} * edge_count) ? Fault::kNone : Fault::kWorkspace;
+      inner_edges_ = corner_room_.first(edge_count);
+      return arena.take(seams_, seam_room(count_, edge_count, mesh.counts.face_count)) ? Fault::kNone
+                                                                                       : Fault::kWorkspace;
     });
   }
   // Attribute data before this one with the same seams, and so with the same table and the same walk over it;
   // this one if there are none. It looks at few, so that no stream makes it look at thousands. Collective.
   template <Lanes L>
   PSPLIT_HD uint32_t same_seams(L lanes, uint32_t attribute_data) const {
+    if (same_back_[attribute_data] > 0) return attribute_data - same_back_[attribute_data];
     const auto bytes = static_cast<uint32_t>(inner_edges_.size());
     const View<const uint8_t> bits = seams_of(attribute_data);
-    constexpr uint32_t kMost = 4;
-    for (uint32_t i = attribute_data > kMost ? attribute_data - kMost : 0; i < attribute_data; ++i) {
+    for (uint32_t i = attribute_data > kMostLookedAt ? attribute_data - kMostLookedAt : 0; i < attribute_data;
+         ++i) {
       const View<const uint8_t> others = seams_of(i);
       bool differs = false;
       if constexpr (L::size() == 1)
@@ -217,17 +225,13 @@ class SeamDecoder {
     lanes.sync();
     return Fault::kNone;
   }
-  PSPLIT_HD Fault store_points(const PointNumbers<Index>& numbers, Arena& arena, Patch<Index>& patch) {
-    patch.point_count = numbers.count();
-    if (!arena.take_for_good(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
-    numbers.store(patch.point_at, patch.corner_of_point);
-    return Fault::kNone;
-  }
 
   uint32_t count_ = 0;
   RansBits bits_[kMaxAttributeData];
-  View<Index> inner_edges_;
-  View<uint8_t> seams_;  // by attribute data and edge
+  // How far before an attribute data the first one with the same coded bits is; 0 if there is none.
+  uint8_t same_back_[kMaxAttributeData] = {};
+  View<Index> corner_room_, inner_edges_;  // the edges are first in the room, which later has corners
+  View<uint8_t> seams_;                    // by attribute data and edge; later by corner
   View<BitSteps> steps_;
   View<CondensedSeamSteps> condensed_steps_;
   View<AttributeTable<Index>> tables_;

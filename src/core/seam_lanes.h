@@ -47,8 +47,32 @@ PSPLIT_HD void cut_seams(L lanes, View<Index> opposite, View<Index> edges, View<
   lanes.sync();
 }
 
-// number_attribute_vertices. Returns the number of values, and marks in `on_any_seam` the vertices of the mesh
-// that are on one of the table's seams. `scratch` has room for the mesh's vertices.
+// The corner where the value at the `leftmost` corner of a vertex begins, clockwise: at a seam of the table
+// `own` or at the border, or anywhere if there are none.
+template <typename Index>
+PSPLIT_HD Index first_value_corner(const CornerTable<Index>& own, Index leftmost) {
+  Index first = leftmost, left = own.swing_left(first);
+  for (; left != kNone<Index> && left != leftmost; left = own.swing_left(left)) first = left;
+  return first;
+}
+
+// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new value begins where
+// is_new is set: after a seam of the table `own`.
+template <typename Index, typename Visit>
+PSPLIT_HD PSPLIT_INLINE void walk_values(const CornerTable<Index>& table, const CornerTable<Index>& own,
+                                         Index first, Visit visit) {
+  bool is_new = false;
+  Index corner = first;
+  do {
+    visit(corner, is_new);
+    const Index edge = previous(corner), across = table.opposite[edge];
+    is_new = own.opposite[edge] == kNone<Index>;
+    corner = across == kNone<Index> ? across : previous(across);
+  } while (corner != kNone<Index> && corner != first);
+}
+
+// Numbers values as VertexSplit does. Returns the number of values, and marks in `on_any_seam` the vertices of
+// the mesh that are on one of the table's seams. `scratch` has room for the mesh's vertices.
 template <Lanes L, typename Index>
 PSPLIT_HD uint32_t number_attribute_vertices(L lanes, const Connectivity<Index>& mesh,
                                              const AttributeTable<Index>& out, View<Index> scratch,
@@ -87,6 +111,42 @@ PSPLIT_HD uint32_t number_attribute_vertices(L lanes, const Connectivity<Index>&
   });
   lanes.sync();
   return count;
+}
+
+// The corner where the points of a vertex begin: of a closed vertex, where the value of some attribute changes,
+// if it does, so that no point begins in its middle. `leftmost` is the vertex's first corner.
+template <typename Index>
+PSPLIT_HD Index first_point_corner(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes,
+                                   bool closed, Index leftmost) {
+  Index first = leftmost;
+  if (!closed) return first;
+  for (size_t i = 0; i < attributes.size() && first == leftmost; ++i) {
+    if (!attributes[i].has_seams) continue;
+    const View<Index> value = attributes[i].table.vertex;
+    first = table.swing_right(leftmost);
+    while (first != leftmost && value[first] == value[leftmost]) first = table.swing_right(first);
+  }
+  return first;
+}
+
+// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new point begins where
+// is_new is set: where some attribute has another value than at the corner before.
+template <typename Index, typename Visit>
+PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
+                                         View<AttributeTable<Index>> attributes, Index first, Visit visit) {
+  const auto differs = [&](Index a, Index b) {
+    for (size_t i = 0; i < attributes.size(); ++i)
+      if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])
+        return true;
+    return false;
+  };
+  visit(first, false);
+  for (Index corner = first;;) {
+    const Index right = table.swing_right(corner);
+    if (right == kNone<Index> || right == first) return;
+    visit(right, differs(corner, right));
+    corner = right;
+  }
 }
 
 // Splits the vertices wherever an attribute has another value: first the number of points, then the points.

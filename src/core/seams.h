@@ -66,8 +66,8 @@ PSPLIT_HD void for_each_marked(L lanes, View<const bool> marks, Body body) {
   }
 }
 
-// Cuts an attribute's table open along its seams: `bits` says which of `edges` are seams. If there are any,
-// `on_seam` marks the vertices of the mesh at their ends.
+// Cuts an attribute's table open along its seams: `bits` says which of `edges` are seams. Marks the vertices of
+// the mesh at their ends in `on_seam`.
 template <typename Index>
 PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, View<const uint8_t> bits,
                           Arena& arena, AttributeTable<Index>& out, View<bool> on_seam) {
@@ -77,7 +77,6 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
     out.has_seams = true;
     if (!out.allocate(mesh.counts.face_count, arena)) return false;
     copy<Index>(opposite, out.table.opposite);
-    fill(on_seam, false);
     return true;
   };
   for (size_t i = 0; i < bits.size();) {
@@ -99,125 +98,51 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
   return Fault::kNone;
 }
 
-// The corner where the value at the `leftmost` corner of a vertex begins, clockwise: at a seam of the table
-// `own` or at the border, or anywhere if there are none.
+// Splits vertices at seams, one thread's way: into the values of each table that is cut, and into points, which
+// differ in a value of some table. All numbers follow from one walk around each vertex.
+//
+// One value, or point, of a vertex has the vertex's number. The others have those from the number of vertices
+// on: by vertex, and clockwise around it. Then points get their own numbers, in that order.
 template <typename Index>
-PSPLIT_HD Index first_value_corner(const CornerTable<Index>& own, Index leftmost) {
-  Index first = leftmost, left = own.swing_left(first);
-  for (; left != kNone<Index> && left != leftmost; left = own.swing_left(left)) first = left;
-  return first;
-}
-
-// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new value begins where
-// is_new is set: after a seam of the table `own`.
-template <typename Index, typename Visit>
-PSPLIT_HD PSPLIT_INLINE void walk_values(const CornerTable<Index>& table, const CornerTable<Index>& own,
-                                         Index first, Visit visit) {
-  bool is_new = false;
-  Index corner = first;
-  do {
-    visit(corner, is_new);
-    const Index edge = previous(corner), across = table.opposite[edge];
-    is_new = own.opposite[edge] == kNone<Index>;
-    corner = across == kNone<Index> ? across : previous(across);
-  } while (corner != kNone<Index> && corner != first);
-}
-
-// Numbers the values of a table that is cut. The value at the first corner of a vertex has the vertex's number.
-// The others are numbered from the number of vertices on: by vertex, and clockwise around it. `on_seam` is of
-// this table. Sets the number of values of each vertex.
-template <typename Index>
-PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<const bool> on_seam,
-                                         View<Index> value_counts, AttributeTable<Index>& out) {
-  copy<Index>(mesh.table.vertex, out.table.vertex);
-  copy<bool>(mesh.closed.first(mesh.vertex_count), out.closed);
-  fill(value_counts, Index{1});
-  uint32_t count = mesh.vertex_count;
-  for_each_marked(SerialLanes(), on_seam, [&](uint32_t v) {
-    const uint32_t before = count;
-    uint32_t number = v;
-    out.closed[v] = false;
-    walk_values(mesh.table, out.table, first_value_corner(out.table, mesh.first_corner(static_cast<Index>(v))),
-                [&](Index corner, bool is_new) {
-                  if (is_new) out.closed[number = count++] = false;
-                  out.table.vertex[corner] = static_cast<Index>(number);
-                });
-    value_counts[v] = static_cast<Index>(1 + count - before);
-  });
-  out.vertex_count = count;
-}
-
-// The corner where the points of a vertex begin: of a closed vertex, where the value of some attribute changes,
-// if it does, so that no point begins in its middle. `leftmost` is the vertex's first corner.
-template <typename Index>
-PSPLIT_HD Index first_point_corner(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes,
-                                   bool closed, Index leftmost) {
-  Index first = leftmost;
-  if (!closed) return first;
-  for (size_t i = 0; i < attributes.size() && first == leftmost; ++i) {
-    if (!attributes[i].has_seams) continue;
-    const View<Index> value = attributes[i].table.vertex;
-    first = table.swing_right(leftmost);
-    while (first != leftmost && value[first] == value[leftmost]) first = table.swing_right(first);
-  }
-  return first;
-}
-
-// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new point begins where
-// is_new is set: where some attribute has another value than at the corner before.
-template <typename Index, typename Visit>
-PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
-                                         View<AttributeTable<Index>> attributes, Index first, Visit visit) {
-  const auto differs = [&](Index a, Index b) {
-    for (size_t i = 0; i < attributes.size(); ++i)
-      if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])
-        return true;
-    return false;
-  };
-  visit(first, false);
-  for (Index corner = first;;) {
-    const Index right = table.swing_right(corner);
-    if (right == kNone<Index> || right == first) return;
-    visit(right, differs(corner, right));
-    corner = right;
-  }
-}
-
-// Splits the vertices wherever an attribute has another value, one thread's way. The points of a vertex are
-// numbered like values first: one has the vertex's number, and the others are numbered from the number
-// of vertices on. Then all get their own numbers: by vertex, and clockwise around it.
-template <typename Index>
-class PointNumbers {
+class VertexSplit {
  public:
-  // If one table has all seams, points are its values: the last call of number_attribute_vertices has set
-  // `point_counts`. Around a closed vertex the point at the first corner is the last one.
-  PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, const AttributeTable<Index>& only,
-                         View<Index> point_counts)
-      : mesh_(mesh),
-        numbers_(only.table.vertex),
-        point_counts_(point_counts),
-        count_(only.vertex_count),
-        first_is_last_(true) {}
-  // Otherwise. `on_seam` marks the vertices on a seam of any attribute. `numbers` has room for all corners, and
-  // `point_counts` for all vertices.
-  PSPLIT_HD PointNumbers(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
-                         View<const bool> on_seam, View<Index> numbers, View<Index> point_counts)
-      : mesh_(mesh), numbers_(numbers), point_counts_(point_counts), count_(mesh.vertex_count) {
-    copy<Index>(mesh.table.vertex, numbers);
-    fill(point_counts, Index{1});
+  // `edges` and `changes` have room for all corners of any vertex: three for each face. `point_counts` has room
+  // for all vertices.
+  PSPLIT_HD VertexSplit(const Connectivity<Index>& mesh, View<Index> edges, View<uint8_t> changes,
+                        View<Index> point_counts)
+      : mesh_(mesh), edges_(edges), changes_(changes), point_counts_(point_counts) {}
+
+  // Numbers the values of tables that are cut in different ways; one or more. `on_seam` marks the vertices on a
+  // seam of any of them. `numbers` has room for all corners, and is not used for one table, whose values are
+  // the points.
+  PSPLIT_HD void split(AttributeTable<Index>* const* tables, uint32_t table_count, View<const bool> on_seam,
+                       View<Index> numbers) {
+    const View<Index> vertex = mesh_.table.vertex;
+    for (uint32_t i = 0; i < table_count; ++i) {
+      copy<Index>(vertex, tables[i]->table.vertex);
+      copy<bool>(mesh_.closed.first(mesh_.vertex_count), tables[i]->closed);
+    }
+    points_are_values_ = table_count == 1;
+    numbers_ = points_are_values_ ? tables[0]->table.vertex : numbers;
+    if (!points_are_values_) copy<Index>(vertex, numbers_);
+    fill(point_counts_, Index{1});
+    count_ = mesh_.vertex_count;
     for_each_marked(SerialLanes(), on_seam, [&](uint32_t v) {
-      const uint32_t before = count_;
-      uint32_t number = v;
-      const Index first =
-          first_point_corner(mesh.table, attributes, mesh.closed[v], mesh.first_corner(static_cast<Index>(v)));
-      walk_points(mesh.table, attributes, first, [&](Index corner, bool is_new) {
-        if (is_new) number = count_++;
-        numbers[corner] = static_cast<Index>(number);
-      });
-      point_counts[v] = static_cast<Index>(1 + count_ - before);
+      gather_edges(v);
+      uint32_t points = 1, first = 0;  // `first`: the place of the corner where points begin
+      for (uint32_t i = 0; i < table_count; ++i) {
+        points = split_values(v, *tables[i]);
+        if (first == 0 && points > 1 && closed_) first = first_cut(*tables[i]);
+      }
+      point_counts_[v] = static_cast<Index>(points_are_values_ ? points : split_points(v, first));
     });
+    for (uint32_t i = 0; i < table_count; ++i)
+      for (uint32_t value = mesh_.vertex_count; value < tables[i]->vertex_count; ++value)
+        tables[i]->closed[value] = false;
+    if (points_are_values_) count_ = tables[0]->vertex_count;
   }
 
+  // The number of points.
   PSPLIT_HD uint32_t count() const { return count_; }
   // Stores the point of each corner, and a corner of each point.
   PSPLIT_HD void store(View<Index> point_at, View<Index> corner_of_point) const {
@@ -225,7 +150,8 @@ class PointNumbers {
     uint32_t point = 0, next_number = mesh_.vertex_count;
     for (uint32_t v = 0; v < mesh_.vertex_count; ++v) {
       const uint32_t others = point_counts_[v] - 1u;
-      const uint32_t first = first_is_last_ && mesh_.closed[v] ? others : 0;
+      // Points begin at a seam, where the value at the first corner of a closed vertex ends.
+      const uint32_t first = points_are_values_ && mesh_.closed[v] ? others : 0;
       point_of[v] = static_cast<Index>(point + first);
       for (uint32_t k = 0; k < others; ++k)
         point_of[next_number++] = static_cast<Index>(point + k + (first == 0 ? 1 : 0));
@@ -238,11 +164,84 @@ class PointNumbers {
   }
 
  private:
+  // Walks around a vertex, clockwise. Corner k is previous(edges_[k]); the edge is between it and the corner
+  // before it, if there is one.
+  PSPLIT_HD PSPLIT_INLINE void gather_edges(uint32_t v) {
+    const View<Index> opposite = mesh_.table.opposite, edges = edges_;
+    const View<uint8_t> changes = changes_;
+    const Index first = next(mesh_.first_corner(static_cast<Index>(v)));
+    closed_ = mesh_.closed[v];
+    Index edge = first;
+    uint32_t count = 0;
+    do {
+      changes[count] = 0;
+      edges[count++] = edge;
+      edge = opposite[next(edge)];
+    } while (edge != kNone<Index> && edge != first);
+    corner_count_ = count;
+  }
+  PSPLIT_HD uint32_t first_cut(const AttributeTable<Index>& table) const {
+    uint32_t k = 1;
+    while (table.table.opposite[edges_[k]] != kNone<Index>) ++k;
+    return k;
+  }
+  // Splits a vertex into the values of a table, and returns their number.
+  PSPLIT_HD PSPLIT_INLINE uint32_t split_values(uint32_t v, AttributeTable<Index>& table) {
+    const View<Index> edges = edges_, opposite = table.table.opposite;
+    const View<uint8_t> changes = changes_;
+    const auto is_cut = [=](uint32_t k) -> uint32_t { return opposite[edges[k]] == kNone<Index> ? 1 : 0; };
+    uint32_t cuts = 0;
+    for (uint32_t k = 1; k < corner_count_; ++k) cuts += is_cut(k);
+    // Around a closed vertex the last value is the first one, unless a seam is between them.
+    const uint32_t cut_at_first = closed_ ? is_cut(0) : 0, count = cuts + (closed_ ? cut_at_first : 1);
+    if (cuts + cut_at_first > 0) table.closed[v] = false;
+    if (count < 2) return 1;
+    changes[0] |= static_cast<uint8_t>(cut_at_first);
+    number_parts(v, 0, count, table.vertex_count, table.table.vertex, [=](uint32_t k) {
+      const uint32_t is_new = is_cut(k);
+      changes[k] |= static_cast<uint8_t>(is_new);
+      return is_new;
+    });
+    table.vertex_count += count - 1;
+    return count;
+  }
+  // Splits a vertex into points, from the corner at place `first` on, and returns their number.
+  PSPLIT_HD PSPLIT_INLINE uint32_t split_points(uint32_t v, uint32_t first) {
+    const View<uint8_t> changes = changes_;
+    uint32_t parts = 0, first_part = 0;
+    for (uint32_t k = 1; k < corner_count_; ++k) {
+      parts += changes[k];
+      first_part = k == first ? parts : first_part;
+    }
+    const uint32_t count = parts + (closed_ ? changes[0] : 1);
+    if (count < 2) return 1;
+    number_parts(v, first_part, count, count_, numbers_, [=](uint32_t k) -> uint32_t { return changes[k]; });
+    count_ += count - 1;
+    return count;
+  }
+  // Gives numbers to the `count` parts of a vertex: its own number to part `first`, and those from next_number
+  // on to the parts after it, clockwise. is_new(k) says whether corner k, not 0, begins a part.
+  template <typename IsNew>
+  PSPLIT_HD PSPLIT_INLINE void number_parts(uint32_t v, uint32_t first, uint32_t count, uint32_t next_number,
+                                            View<Index> numbers, IsNew is_new) const {
+    const View<Index> edges = edges_;
+    const uint32_t corner_count = corner_count_;
+    uint32_t place = first == 0 ? 0 : count - first;  // of the part, from `first` on
+    for (uint32_t k = 0;;) {
+      numbers[previous(edges[k])] = static_cast<Index>(place == 0 ? v : next_number + place - 1);
+      if (++k == corner_count) break;
+      place += is_new(k);
+      place = place == count ? 0 : place;
+    }
+  }
+
   const Connectivity<Index>& mesh_;
-  View<Index> numbers_;       // by corner
+  View<Index> edges_;
+  View<uint8_t> changes_;     // by place around the vertex: whether a point begins there
   View<Index> point_counts_;  // by vertex
-  uint32_t count_ = 0;
-  bool first_is_last_ = false;
+  View<Index> numbers_;       // by corner
+  uint32_t count_ = 0, corner_count_ = 0;
+  bool closed_ = false, points_are_values_ = false;
 };
 
 }  // namespace psplit::core

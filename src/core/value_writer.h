@@ -59,14 +59,17 @@ class ValueWriter {
       case Coding::kRaw: return each([&](uint32_t value, uint8_t* out) { write_raw(value, out); });
       case Coding::kInteger:
         switch (data_type_bytes(type_)) {
-          case 1: return each(integer_writer<kAligned, uint8_t>());
-          case 2: return each(integer_writer<kAligned, uint16_t>());
-          default: return each(integer_writer<kAligned, uint32_t>());
+          case 1: return with_integer_writer<kAligned, uint8_t>(each);
+          case 2: return with_integer_writer<kAligned, uint16_t>(each);
+          default: return each(integer_writer<kAligned, uint32_t, 0>());
         }
       case Coding::kQuantized:
         switch (attribute_.components) {
           case 2: return each(dequantizer<kAligned, 2>());
           case 3: return each(dequantizer<kAligned, 3>());
+#if defined(PSPLIT_HAS_VECTORS)
+          case 4: return each(dequantizer<kAligned, 4>());
+#endif
           default: return each(dequantizer<kAligned, 0>());
         }
       case Coding::kNormal:
@@ -82,13 +85,21 @@ class ValueWriter {
   PSPLIT_HD void write_all(uint32_t count, ValueOf value_of, uint8_t* out) const {
     const uint32_t stride = data_type_bytes(type_) * attribute_.components;
 #if defined(PSPLIT_HAS_VECTORS)
+    // The fourth number of a value is written as well, and then the next value in its place.
     if (coding_ == Coding::kQuantized && attribute_.components == 3 && count > 0) {
-      // The fourth number of a value is written as well, and then the next value in its place.
       const auto dequantize = dequantizer<false, 3, 4>();
       for (uint32_t point = 0; point + 1 < count; ++point, out += 3 * sizeof(float))
         dequantize(value_of(point), out);
       return dequantizer<false, 3>()(value_of(count - 1), out);
     }
+    if (coding_ == Coding::kNormal)
+      return for_normals(count, value_of, [out, count](uint32_t point, const OctahedralGrid::Floats& vector) {
+        uint8_t* const place = out + size_t{point} * 3 * sizeof(float);
+        if (PSPLIT_LIKELY(point + 1 < count))
+          copy_bytes(place, &vector, sizeof vector);
+        else
+          copy_bytes(place, &vector, 3 * sizeof(float));
+      });
 #endif
     write<false>(SerialLanes(), count, value_of,
                  [out, stride](uint32_t point) { return out + size_t{point} * stride; });
@@ -106,12 +117,26 @@ class ValueWriter {
     for (uint32_t i = 0; i < stride; ++i) out[i] = attribute_.raw[size_t{value} * stride + i];
   }
 
-  template <bool kAligned, typename T>
+  // Joints, weights and colours have four components. A device has one way for all numbers of components.
+  template <bool kAligned, typename T, typename Each>
+  PSPLIT_HD void with_integer_writer(Each each) const {
+    if constexpr (!PSPLIT_MOVES_ROWS && !PSPLIT_IS_SMALL_CODE)
+      if (attribute_.components == 4) return each(integer_writer<kAligned, T, 4>());
+    each(integer_writer<kAligned, T, 0>());
+  }
+  template <bool kAligned, typename T, uint32_t kComponents>
   PSPLIT_HD auto integer_writer() const {
-    return [this](uint32_t value, uint8_t* out) {
-      const int32_t* in = &attribute_.values[size_t{value} * value_stride(attribute_.components)];
-      for (uint32_t k = 0; k < attribute_.components; ++k)
-        store<kAligned>(out + k * sizeof(T), static_cast<T>(in[k]));
+    return [components = kComponents != 0 ? kComponents : attribute_.components, values = attribute_.values](
+               uint32_t value, uint8_t* out) {
+      const int32_t* in = &values[size_t{value} * value_stride(components)];
+      if constexpr (kComponents == 4) {
+        struct Four {
+          T at[4];
+        } four;
+        for (uint32_t k = 0; k < 4; ++k) four.at[k] = static_cast<T>(in[k]);
+        return store<kAligned>(out, four);
+      }
+      for (uint32_t k = 0; k < components; ++k) store<kAligned>(out + k * sizeof(T), static_cast<T>(in[k]));
     };
   }
 
@@ -123,13 +148,14 @@ class ValueWriter {
             values = attribute_.values](uint32_t value, uint8_t* out) {
       const int32_t* in = &values[size_t{value} * value_stride(components)];
 #if defined(PSPLIT_HAS_VECTORS)
-      if constexpr (kComponents == 3) {
+      if constexpr (kComponents == 3 || kComponents == 4) {
         using Ints = int32_t __attribute__((vector_size(16)));
         using Floats = float __attribute__((vector_size(16)));
         Ints places;
         copy_bytes(&places, in, sizeof places);
-        const Floats dequantized = __builtin_convertvector(places, Floats) * Floats{step, step, step, step} +
-                                   Floats{origin[0], origin[1], origin[2], 0};
+        const Floats dequantized =
+            __builtin_convertvector(places, Floats) * Floats{step, step, step, step} +
+            Floats{origin[0], origin[1], origin[2], kComponents > 3 ? origin[kComponents - 1] : 0};
         copy_bytes(out, &dequantized, kWritten * sizeof(float));
         return;
       }
@@ -150,24 +176,27 @@ class ValueWriter {
   }
 
 #if defined(PSPLIT_HAS_VECTORS)
-  // Several at once. The last group may have places that are not used.
+  // Calls put(point, vector) for each point; the vector's fourth number means nothing.
+  template <typename ValueOf, typename Put>
+  void for_normals(uint32_t count, ValueOf value_of, Put put) const {
+    constexpr uint32_t kAtOnce = OctahedralGrid::kAtOnce;
+    const int32_t* const values = attribute_.values.data();
+    const OctahedralGrid grid = grid_;
+    const int32_t* at[kAtOnce] = {values, values, values, values};
+    for (uint32_t first = 0; first < count; first += kAtOnce) {
+      OctahedralGrid::Floats vectors[kAtOnce];
+      // The last group may have places of the group before it.
+      const uint32_t some = count - first < kAtOnce ? count - first : kAtOnce;
+      for (uint32_t k = 0; k < some; ++k) at[k] = values + size_t{value_of(first + k)} * 2;
+      grid.unit_vectors(at, vectors);
+      for (uint32_t k = 0; k < some; ++k) put(first + k, vectors[k]);
+    }
+  }
   template <typename ValueOf, typename PlaceOf>
   void write_normals(uint32_t count, ValueOf value_of, PlaceOf place_of) const {
-    constexpr uint32_t kAtOnce = OctahedralGrid::kAtOnce;
-    const View<int32_t> values = attribute_.values;
-    const OctahedralGrid grid = grid_;
-    for (uint32_t first = 0; first < count; first += kAtOnce) {
-      Vec2 at[kAtOnce];
-      float vectors[kAtOnce][3];
-      const uint32_t some = count - first < kAtOnce ? count - first : kAtOnce;
-      for (uint32_t k = 0; k < some; ++k) {
-        const int32_t* in = &values[size_t{value_of(first + k)} * 2];
-        at[k] = {in[0], in[1]};
-      }
-      grid.unit_vectors(at, vectors);
-      for (uint32_t k = 0; k < some; ++k)
-        if (uint8_t* place = place_of(first + k); place != nullptr) store<false>(place, vectors[k]);
-    }
+    for_normals(count, value_of, [place_of](uint32_t point, const OctahedralGrid::Floats& vector) {
+      if (uint8_t* place = place_of(point); place != nullptr) copy_bytes(place, &vector, 3 * sizeof(float));
+    });
   }
 #endif
 

@@ -27,6 +27,19 @@ struct WrapRange {
   }
 };
 
+// Whether the sum of any value in the range and a correction is at most one modulus outside of it, and fits 32
+// bits, for all corrections.
+PSPLIT_HD inline bool are_corrections_of(const WrapRange& range, View<const int32_t> corrections) {
+  constexpr int32_t kMost = 1 << 29;
+  if (range.low < -kMost || range.high > kMost) return false;
+  const int32_t modulus = range.modulus;
+  uint32_t outside = 0;
+  for (size_t i = 0; i < corrections.size(); ++i)
+    outside |=
+        static_cast<uint32_t>(corrections[i] >= modulus) | static_cast<uint32_t>(corrections[i] <= -modulus);
+  return outside == 0;
+}
+
 // Undoes the transform, kCount components at once: clamps the predicted value to the range, adds the correction
 // and wraps the sum back into the range.
 template <uint32_t kCount>
@@ -36,9 +49,17 @@ class Wrap {
   PSPLIT_HD explicit Wrap(const WrapRange& range) : range_(range) {}
 
   PSPLIT_HD Components<kCount> operator()(Components<kCount> predicted, Components<kCount> correction) const {
+    return sum(clamped(predicted), correction);
+  }
+  // The two parts of it.
+  PSPLIT_HD Components<kCount> clamped(Components<kCount> predicted) const {
     const auto [low, high, modulus] = range_;
     for (uint32_t k = 0; k < kCount; ++k)
       predicted[k] = predicted[k] > high ? high : predicted[k] < low ? low : predicted[k];
+    return predicted;
+  }
+  PSPLIT_HD Components<kCount> sum(Components<kCount> predicted, Components<kCount> correction) const {
+    const auto [low, high, modulus] = range_;
     Components<kCount> value = predicted + correction;
     for (uint32_t k = 0; k < kCount; ++k)
       value[k] = value[k] > high  ? wrapping_sub(value[k], modulus)
@@ -59,8 +80,13 @@ requires(kCount == 3 || kCount == 4) class Wrap<kCount> {
   explicit Wrap(const WrapRange& range) : low_(range.low), high_(range.high), modulus_(range.modulus) {}
 
   Components<kCount> operator()(Components<kCount> predicted, Components<kCount> correction) const {
+    return sum(clamped(predicted), correction);
+  }
+  Components<kCount> clamped(Components<kCount> predicted) const {
     predicted = choose(above(predicted, high_), high_, predicted);
-    predicted = choose(above(low_, predicted), low_, predicted);
+    return choose(above(low_, predicted), low_, predicted);
+  }
+  Components<kCount> sum(Components<kCount> predicted, Components<kCount> correction) const {
     const Components<kCount> value = predicted + correction;
     return value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
   }

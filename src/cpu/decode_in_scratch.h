@@ -213,16 +213,19 @@ Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<In
                        const AttributeRequest& request, PointVertices<Index>& vertices, PlaceOf place_of,
                        std::byte* first = nullptr) {
   const DataType type = stored_type(request.component_type);
-  if (attribute.type == type && attribute.coding != core::Coding::kRaw)
+  if (attribute.type == type && attribute.coding != core::Coding::kRaw) {
+    auto* const out = reinterpret_cast<uint8_t*>(first);
     if (const core::View<const Index> of_points = vertices.of(attribute); !of_points.empty()) {
-      if (first != nullptr)
-        patch.write_all_values_of(of_points, attribute, reinterpret_cast<uint8_t*>(first));
+      if (out != nullptr)
+        patch.write_all_values_of(of_points, attribute, out);
       else
         patch.write_values_of(of_points, attribute, [place_of](uint32_t point) {
           return reinterpret_cast<uint8_t*>(place_of(point));
         });
       return {};
     }
+    if (!PSPLIT_IS_SMALL_CODE && out != nullptr) return patch.write_all_values(attribute, out), Status();
+  }
   const size_t stride = attribute.stride();
   std::vector<uint8_t> stored(attribute.type == type ? 0 : patch.point_count * stride);
   patch.write_values(attribute, [place_of, stride,

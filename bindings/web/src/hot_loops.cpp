@@ -30,9 +30,7 @@ template void step_all<1, CondensedSeamSteps>(CondensedSeamSteps* const*, uint32
 template uint32_t list_inner_edges(const CornerTable<Index>&, View<Index>);
 template Fault cut_seams(const Connectivity<Index>&, View<Index>, View<const uint8_t>, Arena&,
                          AttributeTable<Index>&, View<bool>);
-template void number_attribute_vertices(const Connectivity<Index>&, View<const bool>, View<Index>,
-                                        AttributeTable<Index>&);
-template class PointNumbers<Index>;
+template class VertexSplit<Index>;
 template size_t link_border(SerialLanes, const Patch<Index>&, View<Index>);
 
 // Orders of values, and their corrections

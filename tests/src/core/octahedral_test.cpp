@@ -137,12 +137,12 @@ TEST(Octahedral, FourUnitVectorsAtOnceHaveTheBitsOfEach) {
     for (int32_t s = -2; s < size + 2; ++s)
       for (int32_t t = -2; t < size + 2; t += 4) {
         const Vec2 at[] = {{s, t}, {s, t + 1}, {s, t + 2}, {s, t + 3}};
-        float vectors[4][3];
-        grid.unit_vectors(at, vectors);
+        OctahedralGrid::Floats vectors[4];
+        grid.unit_vectors({&at[0].s, &at[1].s, &at[2].s, &at[3].s}, vectors);
         for (int k = 0; k < 4; ++k) {
           std::array<float, 3> expected;
           grid.unit_vector(at[k], expected.data());
-          ASSERT_EQ(std::memcmp(vectors[k], expected.data(), sizeof expected), 0)
+          ASSERT_EQ(std::memcmp(&vectors[k], expected.data(), sizeof expected), 0)
               << bits << " " << s << " " << t;
         }
       }

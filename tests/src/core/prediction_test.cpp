@@ -60,6 +60,27 @@ TEST(Prediction, AValueCompletesTheParallelogramAcrossItsEdge) {
   expect_parallelogram<0>(5);
 }
 
+// Four components in a register, against one component at a time in memory.
+TEST(Prediction, DifferencesAreTheSameWhateverTheirCorrections) {
+  std::mt19937 random(7);
+  constexpr int32_t kMost = 0x7fffffff;
+  const auto expect_same = [&](const WrapRange& range, int32_t low, int32_t high) {
+    SmallMesh in_register(kSquare), in_memory(kSquare);
+    Values corrections;
+    std::uniform_int_distribution<int32_t> any(low, high);
+    while (corrections.size() < 16) corrections.push_back(any(random));
+    predict_by_difference(in_register.values<4>(corrections, 4), range);
+    predict_by_difference(in_memory.values<0>(corrections, 4), range);
+    for (uint32_t v = 0; v < 4; ++v) EXPECT_EQ(in_register.value(v, 4), in_memory.value(v, 4));
+  };
+  for (int round = 0; round < 100; ++round) {
+    expect_same({10, 30, 21}, -20, 20);  // as an encoder writes them; zero is not in the range
+    expect_same({10, 30, 21}, -22, 22);  // some are beyond it
+    expect_same(kWide, -kMost, kMost);
+    expect_same({-kMost / 2, kMost / 2, kMost}, -kMost + 1, kMost - 1);  // sums wrap around
+  }
+}
+
 TEST(Prediction, AParallelogramIsKnownOnceItsThreeValuesAre) {
   SmallMesh mesh(kSquare);
   const auto on = mesh.values<1>({0, 0, 0, 0});
@@ -197,17 +218,21 @@ AttributeTable<uint16_t> random_table(const Connectivity<uint16_t>& mesh, uint32
                                       Arena& arena) {
   AttributeTable<uint16_t> out{mesh.table, mesh.closed, mesh.vertex_count, false};
   if (one_of == 0) return out;
-  View<uint16_t> edges, value_counts;
-  View<uint8_t> bits;
+  View<uint16_t> edges, around, value_counts;
+  View<uint8_t> bits, changes;
   View<bool> on_seam;
   if (!arena.take(edges, mesh.table.vertex.size()) || !arena.take(bits, mesh.table.vertex.size()) ||
+      !arena.take(around, mesh.table.vertex.size()) || !arena.take(changes, mesh.table.vertex.size()) ||
       !arena.take(value_counts, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count))
     __builtin_trap();
   edges = edges.first(list_inner_edges(mesh.table, edges));
   bits = bits.first(edges.size());
   for (size_t i = 0; i < bits.size(); ++i) bits[i] = random() % one_of == 0 ? 1 : 0;
+  fill(on_seam, false);
   EXPECT_EQ(cut_seams(mesh, edges, View<const uint8_t>(bits), arena, out, on_seam), Fault::kNone);
-  if (out.has_seams) number_attribute_vertices(mesh, View<const bool>(on_seam), value_counts, out);
+  AttributeTable<uint16_t>* const one = &out;
+  if (out.has_seams)
+    VertexSplit<uint16_t>(mesh, around, changes, value_counts).split(&one, 1, View<const bool>(on_seam), {});
   return out;
 }
 

@@ -38,41 +38,52 @@ struct SeamedMesh {
     Arena arena(memory.back().data(), bytes);
     AttributeTable<uint16_t> table;
     const View<bool> ends(on_seam.get(), scratch.size());
+    fill(ends, false);
     ASSERT_EQ(cut_seams(decoded.mesh, view(edges), view(seams), arena, table, ends), Fault::kNone);
     ASSERT_EQ(table.has_seams, std::count(seams.begin(), seams.end(), 1) > 0);
-    if (table.has_seams) {
-      number_attribute_vertices(decoded.mesh, View<const bool>(ends), view(scratch), table);
-      for (size_t v = 0; v < ends.size(); ++v) on_any_seam[v] |= ends[v];
-    }
+    AttributeTable<uint16_t>* const one = &table;
+    if (table.has_seams) splitter().split(&one, 1, View<const bool>(ends), {});
+    for (size_t v = 0; v < ends.size(); ++v) on_any_seam[v] |= ends[v];
     attributes.push_back(table);
   }
-  // With a single table that has seams there are two ways to the same points.
+  // Tables of their own get the same values when they are split together. With a single table that has seams,
+  // points follow from its values.
   uint32_t split() {
-    std::vector<uint16_t> counts(scratch.size());
-    points.resize(4 * decoded.mesh.counts.face_count);
-    const uint32_t count = store(PointNumbers<uint16_t>(decoded.mesh, view(attributes),
-                                                        View<const bool>(on_any_seam.get(), counts.size()),
-                                                        view(points), view(counts)));
-    const auto has_seams = [](const AttributeTable<uint16_t>& table) { return table.has_seams; };
-    if (std::count_if(attributes.begin(), attributes.end(), has_seams) == 1) {
-      const std::vector<uint16_t> expected = points;
-      EXPECT_EQ(
-          store(PointNumbers<uint16_t>(
-              decoded.mesh, *std::find_if(attributes.begin(), attributes.end(), has_seams), view(scratch))),
-          count);
-      for (size_t c = 0; c < points.size(); ++c) EXPECT_TRUE(c % 4 == 3 || points[c] == expected[c]);
+    points = {decoded.mesh.table.vertex.data(),
+              decoded.mesh.table.vertex.data() + decoded.mesh.table.vertex.size()};
+    std::vector<AttributeTable<uint16_t>> tables;
+    for (const AttributeTable<uint16_t>& table : attributes)
+      if (table.has_seams) tables.push_back(table);
+    if (tables.empty()) return decoded.mesh.vertex_count;
+    std::vector<std::vector<uint16_t>> values;
+    std::vector<AttributeTable<uint16_t>*> cut;
+    for (AttributeTable<uint16_t>& table : tables) {
+      values.emplace_back(table.table.vertex.data(), table.table.vertex.data() + table.table.vertex.size());
+      table.vertex_count = decoded.mesh.vertex_count;
+      cut.push_back(&table);
     }
-    return count;
+    VertexSplit<uint16_t> together = splitter();
+    std::vector<uint16_t> numbers(points.size());
+    together.split(cut.data(), static_cast<uint32_t>(cut.size()),
+                   View<const bool>(on_any_seam.get(), scratch.size()), view(numbers));
+    for (size_t i = 0; i < tables.size(); ++i)
+      for (size_t c = 0; c < points.size(); ++c)
+        EXPECT_TRUE(c % 4 == 3 || tables[i].table.vertex[c] == values[i][c]);
+    std::vector<uint16_t> corner_of_point(together.count());
+    together.store(view(points), view(corner_of_point));
+    for (uint32_t point = 0; point < together.count(); ++point)
+      EXPECT_EQ(points[corner_of_point[point]], point);
+    return together.count();
   }
-  uint32_t store(const PointNumbers<uint16_t>& numbers) {
-    std::vector<uint16_t> corner_of_point(numbers.count());
-    numbers.store(view(points), view(corner_of_point));
-    for (uint32_t point = 0; point < numbers.count(); ++point) EXPECT_EQ(points[corner_of_point[point]], point);
-    return numbers.count();
+  VertexSplit<uint16_t> splitter() {
+    around.resize(3 * decoded.mesh.counts.face_count);
+    changes.resize(around.size());
+    return {decoded.mesh, view(around), view(changes), view(scratch)};
   }
 
   ClersMesh decoded;
-  std::vector<uint16_t> edges, scratch, points;  // scratch: the value counts of the last table with seams
+  std::vector<uint16_t> edges, scratch, points, around;
+  std::vector<uint8_t> changes;
   std::vector<AttributeTable<uint16_t>> attributes;
   std::vector<std::vector<uint8_t>> memory;
   std::unique_ptr<bool[]> on_seam, on_any_seam;
