@@ -395,9 +395,8 @@ size_t terminal_columns(std::FILE* stream) {
 
 void expect_large_arrays() {
 #ifdef __GLIBC__
-  // AddressSanitizer's malloc takes no options. It would write an eighth of the reserved memory. All threads
-  // share one arena: others would have small pages, and keep what this one could take.
-  if (mallopt(M_MMAP_MAX, 0) != 1 || mallopt(M_TRIM_THRESHOLD, -1) != 1 || mallopt(M_ARENA_MAX, 1) != 1) return;
+  // AddressSanitizer's malloc takes no options. It would write an eighth of the reserved memory.
+  if (mallopt(M_MMAP_MAX, 0) != 1 || mallopt(M_TRIM_THRESHOLD, -1) != 1) return;
 #if defined(__linux__)
   // malloc takes memory at the end of its own, and keeps it. So addresses are reserved for it, and asked to be
   // large pages when they are touched. Memory beyond them has small pages. Where addresses are limited, others
