@@ -189,6 +189,7 @@ std::pair<Mesh, std::vector<uint32_t>> concatenate(const Streams& streams) {
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
   if (mesh.find("POSITION") == nullptr) return invalid_input("the mesh has no POSITION");
   if (codings.size() != mesh.attributes.size()) return invalid_input("one coding is needed per attribute");
+  if (mesh.faces.size() > kMostFacesToCut) return unsupported("more faces than a container can hold");
   for (size_t i = 0; i < codings.size(); ++i) {
     const Attribute& attribute = mesh.attributes[i];
     const AttributeCoding& coding = codings[i];

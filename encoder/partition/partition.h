@@ -17,6 +17,9 @@
 
 namespace psplit {
 
+// As many as a container can have.
+inline constexpr uint32_t kMostFacesToCut = 0xffffffffu / 3;
+
 struct PartitionOptions {
   uint32_t patch_count = 1;  // a target: 0 means 1; with more patches than faces, each face is a patch
   // False keeps the jagged borders of plain clustering, the paper's "unprocessed" row.
@@ -33,10 +36,10 @@ struct Partition {
   std::vector<std::array<uint32_t, 3>> neighbours;
 };
 
-// `faces` has corner-table vertices (welded by position), each below vertex_count. Any topology is allowed:
-// several components, non-manifold edges, degenerate and repeated faces. The faces of a patch are connected by
-// edges, unless whole components were packed into it. The result depends only on the input and the options,
-// never on the number of threads. Two calls may share one pool.
+// `faces` has corner-table vertices (welded by position), each below vertex_count, and at most kMostFacesToCut.
+// Any topology is allowed: several components, non-manifold edges, degenerate and repeated faces. The faces of
+// a patch are connected by edges, unless whole components were packed into it. The result depends only on the
+// input and the options, never on the number of threads. Two calls may share one pool.
 Partition partition_faces(Span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool);
 // An overload that frees the faces as early as possible.
