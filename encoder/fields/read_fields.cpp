@@ -162,8 +162,8 @@ class FieldsReader {
     const core::ConnectivityCounts& counts = header_.counts;
     const uint64_t corners = uint64_t{3} * counts.face_count, vertices = counts.vertex_limit;
     using core::Arena, core::EdgebreakerDecoder;
-    const size_t seams = Arena::bytes<uint32_t>(corners) + Arena::bytes<bool>(vertices) +
-                         Arena::bytes<uint32_t>(vertices) +
+    const size_t seams = 2 * Arena::bytes<uint32_t>(corners) + Arena::bytes<uint8_t>(corners) +
+                         Arena::bytes<bool>(vertices) + Arena::bytes<uint32_t>(vertices) +
                          core::AttributeTable<uint32_t>::bytes(counts.face_count);
     return EdgebreakerDecoder<uint32_t>::bytes(header_) + EdgebreakerDecoder<uint32_t>::scratch_bytes(header_) +
            (header_.attribute_data_count > 0 ? seams : 0);

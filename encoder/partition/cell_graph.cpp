@@ -86,8 +86,9 @@ struct alignas(64) EdgeBlock {
     std::ranges::fill(last, kNoCell);
     count = 0;
   }
-  // Of an edge that is not there, the place where it goes. kEdges if there is none. A comparison of four places
-  // at once would wait for what was stored just before.
+  // The place of the edge to `end`, or the free place for it if it is not there; kEdges if all places have
+  // other edges. Comparing four places at once would be slower: such a load waits for the last stores of single
+  // places.
   uint32_t place_of(uint32_t end) const {
     uint32_t place = count;
     for (uint32_t k = 0; k < kEdges; ++k) place = ends[k] == end ? k : place;
@@ -105,15 +106,13 @@ struct alignas(64) EdgeBlock {
 // branches, because no processor predicts whether an edge is there.
 class EdgeLinker {
  public:
-  // For edges that the vertices [first, first + blocks.size()) own. The last of `neighbours` is of no face, and
-  // has none.
+  // For edges that the vertices [first, first + blocks.size()) own.
   EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, uint32_t first, std::span<EdgeBlock> blocks)
-      : sides_(neighbours[0].data()),
-        no_side_(static_cast<uint32_t>(3 * (neighbours.size() - 1))),
-        first_(first),
-        blocks_(blocks) {
+      : sides_(neighbours[0].data()), first_(first), blocks_(blocks) {
     for (EdgeBlock& block : blocks_) block.clear();
   }
+  EdgeLinker(const EdgeLinker&) = delete;
+  EdgeLinker& operator=(const EdgeLinker&) = delete;
 
   // Side `side` of the mesh, which is of this face, is the edge from `owner` to `end`.
   void add(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
@@ -134,7 +133,7 @@ class EdgeLinker {
   void link(uint32_t from, uint32_t side, uint32_t face) {
     const uint32_t other = from / 3, is_linked = core::mask((from != kNoCell) & (other != face));
     sides_[side] = core::select(is_linked, other, kNoCell);
-    uint32_t& across = sides_[core::select(is_linked, from, no_side_)];
+    uint32_t& across = places_[is_linked & 1][from & is_linked];
     if (across != kNoCell) [[unlikely]]
       extra.push_back({other, face});
     else
@@ -157,8 +156,9 @@ class EdgeLinker {
     link(std::exchange(edge->second, side), side, face);
   }
 
-  uint32_t* const sides_;   // the face across each side
-  const uint32_t no_side_;  // a place without a face, which stays so
+  uint32_t* const sides_;       // the face across each side
+  uint32_t nothing_ = kNoCell;  // is written, and stays kNoCell, when no side is linked
+  uint32_t* const places_[2] = {&nothing_, sides_};
   const uint32_t first_;
   const std::span<EdgeBlock> blocks_;  // the first of each vertex
   std::deque<EdgeBlock> more_;
@@ -170,30 +170,35 @@ class EdgeLinker {
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool) {
   FaceGraph graph;
-  graph.neighbours.resize(faces.size() + 1);
-  graph.neighbours.back() = {kNoCell, kNoCell, kNoCell};
-  // Allocated here, because threads other than this one do not get large pages (expect_large_arrays).
-  Array<EdgeBlock> blocks(vertex_count);
-  // Each task takes the edges that some vertices own, so that no two write to a place.
+  graph.neighbours.resize(faces.size());
+  if (faces.empty()) return graph;
+  // Each task takes the edges that some vertices own, so that no two write to a place. Many more vertices than
+  // a closed mesh has, half as many as faces, follow in further rounds, so that memory is bounded by the faces.
   const size_t task_count =
       std::clamp<size_t>(faces.size() / kGrain, 1, static_cast<size_t>(pool.thread_count()));
+  const uint64_t most_at_once = std::max<uint64_t>(faces.size() / 4 * 3, kGrain),
+                 at_once = std::clamp<uint64_t>(vertex_count, 1, most_at_once),
+                 share = (at_once + task_count - 1) / task_count;
+  // Allocated here, because threads other than this one do not get large pages (expect_large_arrays).
+  Array<EdgeBlock> blocks(static_cast<size_t>(share * task_count));
   std::vector<std::vector<FaceGraph::Extra>> extra(task_count);
-  pool.for_each(task_count, [&](size_t task) {
-    const auto bound = [&](size_t t) { return static_cast<uint32_t>(uint64_t{vertex_count} * t / task_count); };
-    const uint32_t begin = bound(task), end = bound(task + 1);
-    EdgeLinker linker(graph.neighbours, begin, std::span(blocks).subspan(begin, end - begin));
-    for (uint32_t i = 0; i < faces.size(); ++i)
-      for (uint32_t c = 0; c < 3; ++c) {
-        const uint32_t a = faces[i][c], b = faces[i][c == 2 ? 0 : c + 1];
-        // Of the two vertices, in either order, one owns the edge: so that all own about as many, whatever
-        // their numbers are.
-        const bool is_odd = ((a ^ b) & 1) != 0;
-        const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
-        if (owner >= begin && owner < end) linker.add(owner, a ^ b ^ owner, 3 * i + c, i);
-      }
-    extra[task] = std::move(linker.extra);
-  });
-  graph.neighbours.pop_back();
+  for (uint64_t first = 0; first < vertex_count; first += share * task_count)
+    pool.for_each(task_count, [&](size_t task) {
+      const auto begin = static_cast<uint32_t>(std::min<uint64_t>(first + share * task, vertex_count)),
+                 end = static_cast<uint32_t>(std::min<uint64_t>(begin + share, vertex_count));
+      EdgeLinker linker(graph.neighbours, begin,
+                        std::span(blocks).subspan(static_cast<size_t>(share) * task, end - begin));
+      for (uint32_t i = 0; i < faces.size(); ++i)
+        for (uint32_t c = 0; c < 3; ++c) {
+          const uint32_t a = faces[i][c], b = faces[i][c == 2 ? 0 : c + 1];
+          // The edge belongs to one of its vertices, the same in either direction. About half of a vertex's
+          // edges are its own, however vertices are numbered.
+          const bool is_odd = ((a ^ b) & 1) != 0;
+          const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
+          if (owner >= begin && owner < end) linker.add(owner, a ^ b ^ owner, 3 * i + c, i);
+        }
+      extra[task].insert(extra[task].end(), linker.extra.begin(), linker.extra.end());
+    });
   std::vector<FaceGraph::Extra> all;
   for (const auto& some : extra) all.insert(all.end(), some.begin(), some.end());
   graph.set_extra(std::move(all));

@@ -17,7 +17,7 @@
 
 namespace psplit {
 
-// As many as a container can have.
+// The faces that a container can have.
 inline constexpr uint32_t kMostFacesToCut = 0xffffffffu / 3;
 
 struct PartitionOptions {

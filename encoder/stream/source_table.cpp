@@ -121,7 +121,7 @@ bool SourceTable::link_neighbours(std::span<const std::array<uint32_t, 3>> neigh
       const Face& across = faces_[other];
       // Which corner is across cannot be predicted, so nothing branches on it.
       const uint32_t v0 = across.vertex[0], v1 = across.vertex[1], v2 = across.vertex[2],
-                     tip = v0 ^ v1 ^ v2 ^ from ^ to,  // if the face has both
+                     tip = v0 ^ v1 ^ v2 ^ from ^ to,  // the third vertex, if the face has `from` and `to`
           at = (tip == v1 ? 1u : 0u) | (tip == v2 ? 2u : 0u);
       const uint32_t after = across.vertex[core::next(at)], before = across.vertex[core::previous(at)];
       if (((after ^ to) | (before ^ from)) == 0 && tip != faces_[i].vertex[apex]) [[likely]] {

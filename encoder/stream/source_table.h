@@ -28,7 +28,7 @@ class SourceTable {
     uint32_t vertex[3];
     uint32_t mark;         // kUnseen, kSeen, or if an S encodes the face, kSplit and the number of its symbol
     uint32_t opposite[3];  // the corner across each edge, or no_corner()
-    uint32_t fans_seen;    // bit k: the fan of corner k has its vertex
+    uint32_t fans_seen;    // while fans are separated: bit k if corner k is done
   };
 
   // What the encoder knows about a vertex.

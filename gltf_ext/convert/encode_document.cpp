@@ -136,10 +136,10 @@ Status condense_output(Document& output, std::span<const PrimitiveId> origins, s
   std::vector<PrimitiveId> ids;
   for (size_t i = 0; i < all.size(); ++i) {
     const PrimitiveId origin = origin_of[all[i]] = origins[i];
-    if (const auto job = job_of.find(origin); job != job_of.end() && job->second->piece_count() == 1)
-      decoded[all[i]] = &job->second->encoded.pieces.front().decoded;
     const bool was_read = reports[origin].faces > 0;
     if (in_parts.contains(origin)) continue;
+    if (const auto job = job_of.find(origin); job != job_of.end() && job->second->piece_count() == 1)
+      decoded[all[i]] = &job->second->encoded.pieces.front().decoded;
     if (output.records().primitive(all[i]).storage() == PrimitiveStorage::kStockDraco && !was_read) continue;
     ids.push_back(all[i]);
   }

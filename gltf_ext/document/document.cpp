@@ -220,10 +220,12 @@ size_t growing_buffer(Document& document) {
   Json& buffers = document.json()["buffers"];
   if (!buffers.is_array()) buffers = Json::array();
   // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes, or so large
-  // that it takes long to move.
-  constexpr size_t kLarge = size_t{1} << 20;
+  // that it takes long to move. One with a name or extras grows: without views it would be dropped with them.
+  const auto takes_long = [&] {
+    return document.buffers.back().size() >= kLargeBuffer && buffers.back().size() == 1;
+  };
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
-      !is_placeholder(document, buffers.size() - 1) && document.buffers.back().size() < kLarge)
+      !is_placeholder(document, buffers.size() - 1) && !takes_long())
     return buffers.size() - 1;
   buffers.push_back({{"byteLength", 0}});
   document.buffers.resize(buffers.size());

@@ -32,5 +32,7 @@ bool has_no_bytes(const Document& document, size_t buffer);
 
 // Appends a buffer and returns its index.
 size_t append_buffer(Document& document, Buffer bytes);
+// From this size on, bytes are worth a buffer of their own, because moving them takes long.
+inline constexpr size_t kLargeBuffer = size_t{1} << 20;
 
 }  // namespace psplit

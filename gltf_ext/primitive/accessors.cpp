@@ -186,12 +186,11 @@ void store_values(Document& document, Json& accessor, const ValuesView& data, in
   const size_t stride = stride_in_view(*layout, target);
   Span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(data.bytes.data()), data.count * stride);
   std::vector<uint8_t> stored;
-  constexpr size_t kWorthABuffer = size_t{1} << 20;
   if (!is_packed(*layout, stride) || data.step() != stride) {
     stored.resize(data.count * stride);
     write_values(data, target, stored.data());
     bytes = stored;
-  } else if (owner != nullptr && bytes.size() >= kWorthABuffer) {
+  } else if (owner != nullptr && bytes.size() >= kLargeBuffer) {
     const size_t buffer = append_buffer(document, Buffer(bytes, std::move(owner)));
     return place_values(document, accessor, data, target, buffer, 0);
   }

@@ -67,7 +67,7 @@ int64_t append_accessor(Document& document, const ValuesView& data, int target, 
                         std::shared_ptr<const void> owner = nullptr);
 
 // Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.
-// `owner` is as above.
+// An `owner` means what it means to append_accessor.
 void store_values(Document& document, Json& accessor, const ValuesView& data, int target,
                   std::shared_ptr<const void> owner = nullptr);
 

@@ -19,7 +19,7 @@ PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at)
   return bits >> shift;
 }
 
-// read_tagged; kComponents is 0, or equals `components`.
+// Does the work of read_tagged. kComponents equals `components`, or is 0 for any number.
 template <uint32_t kComponents, Lanes L>
 PSPLIT_HD Fault read_groups(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
                             View<uint32_t> out) {

@@ -130,9 +130,9 @@ class OctahedralGrid {
     const Floats ux = unit(x), uy = unit(y), uz = unit(z);
     const Floats low = __builtin_shufflevector(ux, uy, 0, 4, 1, 5),
                  high = __builtin_shufflevector(ux, uy, 2, 6, 3, 7);
-    out[0] = __builtin_shufflevector(low, uz, 0, 1, 4, 4),
+    out[0] = __builtin_shufflevector(low, uz, 0, 1, 4, 4);
     out[1] = __builtin_shufflevector(low, uz, 2, 3, 5, 5);
-    out[2] = __builtin_shufflevector(high, uz, 0, 1, 6, 6),
+    out[2] = __builtin_shufflevector(high, uz, 0, 1, 6, 6);
     out[3] = __builtin_shufflevector(high, uz, 2, 3, 7, 7);
   }
 #endif

@@ -37,7 +37,7 @@ class RansBits {
     return read_rans_state(block_, &size_, kBase, 3, &state_) ? Fault::kNone : Fault::kEntropy;
   }
 
-  // Whether the bits that are left equal those of another run, as far as both are read.
+  // Whether the bits that are left equal the bits that are left of another run.
   PSPLIT_HD bool is_same(const RansBits& other) const {
     return prob_one_ == other.prob_one_ && state_ == other.state_ && size_ == other.size_ &&
            (size_ == 0 || equal_bytes(block_, other.block_, size_));

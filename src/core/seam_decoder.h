@@ -17,10 +17,9 @@ class SeamDecoder {
     count_ = count;
     for (uint32_t i = 0; i < count; ++i) {
       if (const Fault fault = bits_[i].start(reader); fault != Fault::kNone) return fault;
-      if constexpr (PSPLIT_MOVES_ROWS) continue;  // a device decodes all at once
-      for (uint32_t back = 1; back <= kMostLookedAt && back <= i && same_back_[i] == 0; ++back)
-        if (bits_[i].is_same(bits_[i - back]))
-          same_back_[i] = static_cast<uint8_t>(back + same_back_[i - back]);
+      if constexpr (!PSPLIT_MOVES_ROWS)
+        find_same_before(
+            i);  // a device decodes the bits of all attribute data side by side, so equal ones cost no time
     }
     return Fault::kNone;
   }
@@ -163,6 +162,11 @@ class SeamDecoder {
  private:
   static constexpr uint32_t kMostLookedAt = 4;  // attribute data before one, in search of the same seams
 
+  // Finds attribute data before these whose bits are the same.
+  PSPLIT_HD void find_same_before(uint32_t i) {
+    for (uint32_t back = 1; back <= kMostLookedAt && back <= i && same_back_[i] == 0; ++back)
+      if (bits_[i].is_same(bits_[i - back])) same_back_[i] = static_cast<uint8_t>(back + same_back_[i - back]);
+  }
   PSPLIT_HD static uint64_t seam_room(uint64_t count, uint64_t edges, uint64_t faces) {
     return count * edges > 3 * faces ? count * edges : 3 * faces;
   }

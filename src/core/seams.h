@@ -112,7 +112,7 @@ class VertexSplit {
                         View<Index> point_counts)
       : mesh_(mesh), edges_(edges), changes_(changes), point_counts_(point_counts) {}
 
-  // Numbers the values of tables that are cut in different ways; one or more. `on_seam` marks the vertices on a
+  // Numbers the values of one or more tables with seams. `on_seam` marks the vertices on a
   // seam of any of them. `numbers` has room for all corners, and is not used for one table, whose values are
   // the points.
   PSPLIT_HD void split(AttributeTable<Index>* const* tables, uint32_t table_count, View<const bool> on_seam,

@@ -51,7 +51,7 @@ class Wrap {
   PSPLIT_HD Components<kCount> operator()(Components<kCount> predicted, Components<kCount> correction) const {
     return sum(clamped(predicted), correction);
   }
-  // The two parts of it.
+  // First the prediction is clamped to the range, then the sum with the correction wraps around.
   PSPLIT_HD Components<kCount> clamped(Components<kCount> predicted) const {
     const auto [low, high, modulus] = range_;
     for (uint32_t k = 0; k < kCount; ++k)

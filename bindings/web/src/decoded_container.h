@@ -77,7 +77,7 @@ class DecodedContainer {
   void add_stitching(uint32_t first, std::span<const uint32_t> words);
   // Resolves all other references, when all streams have their stitching. Errors: that of the lowest stream.
   Status resolve_rest();
-  // The corner and the new index of each corner of the mesh whose index that changed.
+  // The corners of the mesh whose indices that changed, each with its new index.
   const std::vector<uint32_t>& corrections() const { return corrections_; }
 
  private:
