@@ -21,7 +21,7 @@ kLookedUp = {"docs/benchmarks.md": "benchmarks of many minutes, of meshes that a
 # Options of inline code that belong to programs not ours: {option: program}.
 kForeign = {"--as-needed": "linkers", "--build": "cmake", "--install": "cmake", "--cflags": "pkg-config", "--libs": "pkg-config", "--param": "GCC",
             "--gtest_filter": "GoogleTest", "--system-site-packages": "venv", "--config": "gltf-transform", "--enable-unsafe-webgpu": "Chromium",
-            "--use-webgpu-adapter": "Chromium"}
+            "--use-webgpu-adapter": "Chromium", "--enable-features": "Chromium", "--use-vulkan": "Chromium"}
 
 helps = {}
 

@@ -86,7 +86,7 @@ export interface GpuDecoder {
 }
 
 /**
- * Compiles the shaders. The caller keeps the device, and may draw with it and use it for any number of decoders.
+ * Compiles the shaders, except those of condensed patches: the first `decode` of such patches loads and compiles them. The caller keeps the device, and may draw with it and use it for any number of decoders.
  * Rejects with the code `failed` if there is no device or if its limits are too small, unless there is a fallback.
  */
 export function createGpuDecoder(device: Device | null | undefined, options?: GpuDecoderOptions): Promise<GpuDecoder>;

@@ -147,6 +147,7 @@ class GpuDecoder {
     try {
       return { ...this.#decoder, ...await this.#condensed };
     } catch (error) {
+      this.#condensed = undefined;  // the next ones are tried again
       return refuse(`condensed patches: ${error.message}`);
     }
   }

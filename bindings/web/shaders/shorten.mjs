@@ -18,7 +18,7 @@ const code = [...texts.values()].flatMap((text) => [...text.matchAll(kCode)].map
 const of_javascript = new Set([...texts.values()].flatMap((text) => words_of(text.replace(kCode, '').replace(/^ *\/\/.*$|^ *\/?\*.*$/gm, ''))));
 
 // Names of functions and words that WGSL has, if they are declared as well; components of vectors.
-const kOfWgsl = /^(abs|all|any|array|clamp|cross|distance|dot|floor|fract|length|max|min|mix|normalize|pow|round|select|sign|sqrt|step|trunc|[xyzw]{1,4}|[rgba]{1,4})$/;
+const kOfWgsl = /^(abs|align|all|any|array|binding|builtin|group|clamp|cross|distance|dot|floor|fract|length|max|min|mix|normalize|pow|round|select|sign|sqrt|step|trunc|[xyzw]{1,4}|[rgba]{1,4})$/;
 const kShortWords = new Set(['as', 'do', 'fn', 'if', 'in', 'is', 'of', 'or']);
 const declared = new Set([...code.matchAll(/\b(?:fn|struct|alias|const|let|var(?:<[^>]*>)?) +(\w+)|\b(\w+): /g)].map(([, a, b]) => a ?? b));
 const counts = new Map();

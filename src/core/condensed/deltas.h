@@ -207,10 +207,10 @@ PSPLIT_HD PSPLIT_INLINE uint8_t delta_level(uint32_t mean) {
 
 // Codes the deltas of vertex after vertex. A coder reads them, or writes them:
 //
-//   flags(sure, expected, mixed)     returns the flags of 32 rows. Flags in `sure` equal the bits of `expected`,
-//                                    unless a run ends there; flags in `mixed` are coded as bits
-//   begin_corrections(items, out)    is told the deltas of a vertex that are not 0, and may store corrections
-//   correction(item, stored, expected)   returns the error of `expected` for each of these deltas
+//   flags(sure, expected, mixed)   returns the flags of 32 rows. Flags in `sure` equal the bits of `expected`,
+//                                  unless a run ends there; flags in `mixed` are coded as bits
+//   begin_corrections(items, out)  is told the deltas of a vertex that are not 0, and may store corrections
+//   correction(item, stored, expected)  returns the error of `expected` for each of these deltas
 //
 // The memory has no meaning before. Arrays are by place in the order of creation, then by row.
 template <typename Index>

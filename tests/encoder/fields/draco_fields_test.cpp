@@ -115,6 +115,39 @@ TEST(DracoFields, EveryPatchAtEverySpeedComesBack) {
     }
 }
 
+// The memory that a stream may claim is little for each face: this one has half a byte for each.
+TEST(DracoFields, ASeamOfALargeFlatSheetComesBack) {
+  constexpr uint32_t kQuads = 115, kSeam = kQuads / 2,
+                     kColumns = kQuads + 2;  // points; column kSeam is there twice
+  Mesh sheet;
+  sheet.point_count = kColumns * (kQuads + 1);
+  std::vector<float> positions, texcoords;
+  for (uint32_t row = 0; row <= kQuads; ++row)
+    for (uint32_t column = 0; column < kColumns; ++column) {
+      const uint32_t x = column > kSeam ? column - 1 : column;
+      positions.insert(positions.end(), {static_cast<float>(x), static_cast<float>(row), 0.0f});
+      texcoords.insert(texcoords.end(), {static_cast<float>(column), static_cast<float>(row)});
+    }
+  for (uint32_t row = 0; row < kQuads; ++row)
+    for (uint32_t column = 0; column + 1 < kColumns; ++column) {
+      if (column == kSeam) continue;
+      const uint32_t a = row * kColumns + column, b = a + kColumns;
+      sheet.faces.push_back({a, a + 1, b});
+      sheet.faces.push_back({a + 1, b + 1, b});
+    }
+  const auto bytes_of = [](const std::vector<float>& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    return Array<std::byte>(bytes.begin(), bytes.end());
+  };
+  sheet.attributes = {{"POSITION", ComponentType::kFloat32, 3, false, bytes_of(positions)},
+                      {"TEXCOORD_0", ComponentType::kFloat32, 2, false, bytes_of(texcoords)}};
+  const EncodedMesh encoded = encode_sheet(sheet, 1, 5);
+  const Expected<PatchContainer> opened = open_piece(encoded.pieces[0]);
+  ASSERT_TRUE(opened.ok());
+  EXPECT_LT(opened->streams[0].size(), sheet.faces.size() * 3 / 5);
+  EXPECT_EQ(difference(opened->streams[0], must(read_fields(opened->streams[0]))), "");
+}
+
 // Bytes after a stream come back too. Two streams of an older encoder do not: before libdraco 1.5.1 the order
 // of equal probabilities depended on the encoder's standard library.
 TEST(DracoFields, StreamsOfTheCorpusComeBack) {

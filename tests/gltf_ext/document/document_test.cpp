@@ -234,6 +234,21 @@ TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
   EXPECT_EQ(again.json(), document.json());
 }
 
+// A large buffer does not move for appended bytes, unless it would be dropped with its name.
+TEST(Document, BytesAfterALargeBufferAreInANewOne) {
+  for (const bool has_name : {false, true}) {
+    Document document = new_document();
+    append_buffer_view(document, std::vector<uint8_t>(kLargeBuffer, 7));
+    if (has_name) document.json()["buffers"][0]["name"] = "geometry";
+    const uint8_t* const before = document.buffers[0].data();
+    append_buffer_view(document, std::vector<uint8_t>{1, 2, 3});
+    EXPECT_EQ(document.buffers.size(), has_name ? 1u : 2u);
+    EXPECT_EQ(document.json()["bufferViews"][1]["buffer"], has_name ? 0 : 1);
+    EXPECT_TRUE(has_name || document.buffers[0].data() == before);
+    EXPECT_EQ(buffer_view_bytes(document, 1)->size(), 3u);
+  }
+}
+
 // A mapped input is read, edited and written like one in memory, also onto itself.
 TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
   Document large = new_document();

@@ -23,14 +23,17 @@ export class Side {
   #is_on_gpu;
   #name = `workers of side ${++sides}`;
 
-  /** @param {HTMLCanvasElement} canvas @param {{ is_on_gpu: boolean, has_webgpu: boolean }} way @returns {Promise<Side>} */
-  static async make(canvas, { is_on_gpu, has_webgpu }) {
+  /** @param {HTMLCanvasElement} canvas @param {{ is_on_gpu: boolean, has_webgpu: boolean, signal: AbortSignal }} way @returns {Promise<Side>} */
+  static async make(canvas, { is_on_gpu, has_webgpu, signal }) {
     const side = new Side(), renderer = new WebGPURenderer({ canvas: document.createElement('canvas'), forceWebGL: !has_webgpu });
     await renderer.init();
+    if (signal.aborted) renderer.dispose();
+    signal.throwIfAborted();
     side.#context = Object.assign(canvas, { width: kSize, height: kSize }).getContext('2d');
     side.#renderer = renderer;
     side.#is_on_gpu = is_on_gpu;
-    if (has_webgpu) side.#buffers = count_buffers(renderer.backend.device);
+    // three falls back to WebGL if it gets no device.
+    if (renderer.backend.device) side.#buffers = count_buffers(renderer.backend.device);
     const light = new DirectionalLight('#fff', 2);
     light.position.set(-1, 2, 1.5);
     side.#scene.add(light);
@@ -52,7 +55,7 @@ export class Side {
       signal.throwIfAborted();
       show_shapes(gltf.scene);
       this.#scene.add(gltf.scene);
-      await this.draw(direction);
+      await this.draw(direction, signal);
       this.meshes = meshes_of(gltf.scene).map((mesh) => ({ name: mesh.name, triangles: (mesh.geometry.index ?? mesh.geometry.attributes.position).count / 3,
         patches: gltf.psplit.patchesOf(mesh) }));
       return { frame_ms: performance.now() - begin, ...end() };
@@ -61,13 +64,14 @@ export class Side {
     }
   }
 
-  async draw(direction) {
+  async draw(direction, signal) {
     if (this.#model === null) return;
     const [yaw, pitch] = direction, center = frame(this.#camera, this.#model, new Vector3(Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)));
     this.#camera.lookAt(center ?? new Vector3());
     this.#renderer.setRenderTarget(this.#target);
     this.#renderer.render(this.#scene, this.#camera);
     const pixels = new Uint8ClampedArray(await this.#renderer.readRenderTargetPixelsAsync(this.#target, 0, 0, kSize, kSize));
+    signal?.throwIfAborted();  // the canvas may be another side's by now
     // WebGL's first row is the lowest one.
     const rows = this.#buffers !== undefined ? pixels : Uint8ClampedArray.from(pixels, (_, i) => pixels[i + 4 * kSize * (kSize - 1 - 2 * Math.floor(i / 4 / kSize))]);
     this.#context.putImageData(new ImageData((this.pixels = rows), kSize), 0, 0);

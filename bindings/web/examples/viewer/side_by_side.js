@@ -31,7 +31,9 @@ function set_state(state, problem) {
 function fill(id, rows) {
   element(id).replaceChildren(...rows.map((row, r) => {
     const line = document.createElement('tr');
-    line.append(...row.map((text, i) => Object.assign(document.createElement(r === 0 || i === 0 ? 'th' : 'td'), { textContent: text })));
+    line.append(...row.map((text, i) => (r === 0 || i === 0
+      ? Object.assign(document.createElement('th'), { textContent: text, scope: r === 0 ? 'col' : 'row' })
+      : Object.assign(document.createElement('td'), { textContent: text }))));
     return line;
   }));
 }
@@ -84,7 +86,7 @@ async function load(asset) {
   try {
     for (const is_on_gpu of has_webgpu ? [false, true] : [false]) {
       element('pictures').textContent = `Loading by ${is_on_gpu ? 'WebGPU' : 'WebAssembly'} …`;
-      const side = await Side.make(element(is_on_gpu ? 'gpu' : 'cpu'), { is_on_gpu, has_webgpu }), loads = [];
+      const side = await Side.make(element(is_on_gpu ? 'gpu' : 'cpu'), { is_on_gpu, has_webgpu, signal }), loads = [];
       made.push(side);
       for (let i = 0; i < 2; ++i) loads.push(await side.load(asset, { workers, direction: drawn, signal }));
       results.push({ loads, memory: await side.memory() });
@@ -107,8 +109,16 @@ async function load(asset) {
 }
 
 const fail = (error) => set_state('failed', error.message ?? String(error));
-const open_files = (files) => asset_of(files).then(load).catch(fail);
-const open_sample = (name) => sample_asset({ name, coding: 'patches' }).then(load).catch(fail);
+// What is opened last is shown, even if something that was opened before arrives later.
+let opening = new AbortController();
+function open(make_asset) {
+  opening.abort();
+  job.abort();
+  const { signal } = (opening = new AbortController());
+  make_asset(signal).then((asset) => signal.aborted || load(asset)).catch((error) => signal.aborted || fail(error));
+}
+const open_files = (files) => open(() => asset_of(files));
+const open_sample = (name) => open((signal) => sample_asset({ name, coding: 'patches' }, signal));
 
 element('samples').addEventListener('click', ({ target }) => target.dataset.sample && open_sample(target.dataset.sample));
 element('files').addEventListener('change', ({ target }) => target.files.length > 0 && open_files([...target.files]));

@@ -37,9 +37,15 @@ const kCoderWords = 3;
 const predictor_words = ({ two, mean, reach }) => (two || mean || reach > 0 ? 7 : 4);
 
 // The attribute whose order of creation an attribute has: tables of the mesh have one for each direction.
-function order_owner({ groups, attributes, condensed: { stored, tables } }, i) {
-  const key = (k) => `${groups[attributes[k].group].per_corner ? attributes[k].group : -1} ${tables.models[k].backward} ${k === 0 && tables.has_borders}`;
-  return stored.findIndex(({ by_creation }, k) => by_creation && key(k) === key(i));
+function order_owner({ groups, attributes, condensed }, i) {
+  const { stored, tables } = condensed, first = new Map();
+  condensed.owners ??= stored.map(({ by_creation }, k) => {
+    if (!by_creation) return -1;
+    const { group } = attributes[k], order = `${groups[group].per_corner ? group : -1} ${tables.models[k].backward} ${k === 0 && tables.has_borders}`;
+    if (!first.has(order)) first.set(order, k);
+    return first.get(order);
+  });
+  return condensed.owners[i];
 }
 const order_words = ({ point_count }) => 2 * point_count + 2;
 // What an attribute takes besides its words in layout.js.
@@ -105,7 +111,7 @@ export class CondensedLayout extends Layout {
   add_attribute(attribute, head, position, output, grid_offset) {
     super.add_attribute(attribute, head, position, output, grid_offset);
     const i = this.#orders.length, { condensed, point_count } = this.#head, { tables, has_grid } = condensed, one = condensed.stored[i], model = tables.models[i];
-    const owner = one.by_creation ? order_owner(this.#head, i) : -1;
+    const owner = order_owner(this.#head, i);
     this.#orders.push(owner === i ? this.take(order_words(this.#head)) : owner < 0 ? 0 : this.#orders[owner]);
     const predictors = one.by_creation ? this.take(predictor_words(model) * point_count) : 0, flags = this.take(flag_words(one, this.#head));
     const record = this.plan.append([one.by_creation, owner === i, this.#orders[i], model.backward, i === 0 && tables.has_borders, model.two, model.mean, model.reach,

@@ -220,7 +220,8 @@ export function check_counts(vertex_count, faces, data_count, symbol_count, spli
 const kContradiction = 'counts that contradict each other';
 // "DRACO", and the version. Then come the kind, a mesh, and the method, Edgebreaker.
 const kDraco = [0x44524143, 0x4f020201], kFrontBytes = 12;
-const kCounts = 6, counts = new Uint32Array(kCounts);  // vertices, faces, data, symbols, split symbols, split events
+// Of vertices, faces, attribute data (a byte; the others are varints), symbols, split symbols, split events.
+const kCounts = 6, kDataCount = 2, counts = new Uint32Array(kCounts);
 
 /**
  * The head of the stream in bytes [begin, end), with `face_count` faces. There are thousands, which V8 at first interprets: so this makes
@@ -239,7 +240,7 @@ export function read_stream_head(reader, begin, end, face_count, last) {
   reader.end = end;
   for (let k = 0; k < kCounts; ++k) {
     const at = reader.at, low = bytes[at], high = bytes[at + 1];
-    if (low < 128) counts[k] = low, (reader.at = at + 1);
+    if (low < 128 || k === kDataCount) counts[k] = low, (reader.at = at + 1);
     else if (high < 128) counts[k] = low - 128 + (high << 7), (reader.at = at + 2);
     else counts[k] = reader.varint();
   }
