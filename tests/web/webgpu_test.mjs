@@ -1,5 +1,6 @@
 // psplit/webgpu in Node.js, on a processor: results, ways, errors, and hostile containers.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
 import { setTimeout as wait } from 'node:timers/promises';
@@ -206,6 +207,24 @@ test('containers take as many words of a batch as their plans say', { skip: gltf
     assert.deepEqual([most - 12, most, 2 * most, 3 * most].map((limit) => fits(plan, limit)), [false, true, true, true]);
     assert.deepEqual([most, 2 * most, 9 * most].map((limit) => batches_of([plan, plan, plan], limit).map(({ length }) => length)), [[1, 1, 1], [2, 1], [3]]);
   }
+});
+
+// This needs no device. Of the counts in a head, libdraco stores one as a byte.
+test('a number of attribute data in two bytes is refused', async () => {
+  const { Reader, read_stream_head } = await import(pathToFileURL(path.join(package_folder, 'webgpu', 'stream_head.js')));
+  const stream = readFileSync(new URL('../../bindings/web/examples/bundlers/stream.drc', import.meta.url));
+  let at = 12;  // after the head's front
+  const varint = () => {
+    let value = 0;
+    for (let shift = 0; ; shift += 7) {
+      value |= (stream[at] & 127) << shift;
+      if (stream[at++] < 128) return value;
+    }
+  };
+  varint();
+  const faces = varint(), head_of = (bytes) => read_stream_head(new Reader(bytes), 0, bytes.length, faces);
+  assert.equal(head_of(stream).seams.length, stream[at]);
+  assert.throws(() => head_of(Uint8Array.of(...stream.subarray(0, at), stream[at] | 128, 0, ...stream.subarray(at + 1))), /counts that contradict/);
 });
 
 test('errors: no device, limits, arguments, abort, a lost device', { skip }, async () => {
