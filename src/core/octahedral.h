@@ -90,8 +90,8 @@ class OctahedralGrid {
   }
 
 #if defined(PSPLIT_HAS_VECTORS)
-  // Converts four places, each of two numbers, to unit vectors at once. Of their fourth numbers nothing is
-  // said.
+  // Converts four places, each of two numbers, to unit vectors at once. The fourth numbers of the
+  // results have no meaning.
   static constexpr uint32_t kAtOnce = 4;
   using Floats = float __attribute__((vector_size(16)));
   PSPLIT_ONCE_IF_SMALL void unit_vectors(const int32_t* const (&at)[kAtOnce], Floats (&out)[kAtOnce]) const {
