@@ -161,9 +161,10 @@ TEST_F(MemoryEstimate, BoundsPeaksOfMeshFiles) {
       {"grid.drc", grid.draco()}};
   for (const auto& [name, bytes] : files) {
     write(name, bytes);
-    // The peak depends on which threads are at work at the same time.
+    // The peak depends on which threads are at work at the same time. The bound of decoding is that of patches;
+    // of a mesh file no more is in memory than its arrays.
     expect_bound(name, "encode", "out", 3);
-    expect_bound(name, "decode", "out2", 5);
+    expect_bound(name, "decode", "out2", 6);
     if (name.ends_with(".drc")) continue;
     ASSERT_EQ(shell("gzip -1 " + name), 0);
     expect_bound(name + ".gz", "encode", "out3", 3);
