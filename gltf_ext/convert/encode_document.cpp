@@ -125,12 +125,12 @@ void report_condensed(const Document& output, PrimitiveId id, const CondensedVie
 Status condense_output(Document& output, std::span<const PrimitiveId> origins, std::span<const EncodeJob> jobs,
                        const EncodeDocumentOptions& options, const ThreadPool& pool, EncodeReports& reports) {
   std::set<PrimitiveId> in_parts;
-  std::map<PrimitiveId, const EncodeJob*> job_of;
+  std::map<PrimitiveId, const Mesh*> decoded;  // of jobs with one piece, by primitive of the input
   for (const EncodeJob& job : jobs) {
     if (job.is_in_parts()) in_parts.insert(job.group.ids.begin(), job.group.ids.end());
-    for (const PrimitiveId id : job.group.ids) job_of[id] = &job;
+    for (const PrimitiveId id : job.group.ids)
+      if (job.piece_count() == 1) decoded[id] = &job.encoded.pieces.front().decoded;
   }
-  std::map<PrimitiveId, const Mesh*> decoded;  // of pieces that write_geometry stored
   const std::vector<PrimitiveId> all = all_primitives(output);
   std::map<PrimitiveId, PrimitiveId> origin_of;
   std::vector<PrimitiveId> ids;
@@ -138,14 +138,12 @@ Status condense_output(Document& output, std::span<const PrimitiveId> origins, s
     const PrimitiveId origin = origin_of[all[i]] = origins[i];
     const bool was_read = reports[origin].faces > 0;
     if (in_parts.contains(origin)) continue;
-    if (const auto job = job_of.find(origin); job != job_of.end() && job->second->piece_count() == 1)
-      decoded[all[i]] = &job->second->encoded.pieces.front().decoded;
     if (output.records().primitive(all[i]).storage() == PrimitiveStorage::kStockDraco && !was_read) continue;
     ids.push_back(all[i]);
   }
   const CondenseOptions condensing{options.condense == Condense::kSmallest, options.verify,
                                    [&](PrimitiveId id) {
-                                     const auto found = decoded.find(id);
+                                     const auto found = decoded.find(origin_of.at(id));
                                      return found == decoded.end() ? nullptr : found->second;
                                    }};
   const auto views = condense_document(output, ids, condensing, pool);

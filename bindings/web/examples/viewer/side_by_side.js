@@ -7,7 +7,7 @@ const element = (id) => document.getElementById(id);
 const workers = Math.max(1, Math.min(4, navigator.hardwareConcurrency ?? 4));
 let sides = [], direction = [0.5, 0.42], job = new AbortController(), shown = null;
 
-// The adapter, or why there is none.
+// Returns the adapter, or the reason why there is none.
 async function find_webgpu() {
   if (navigator.gpu === undefined)
     return { why: isSecureContext ? 'This browser has no WebGPU, so only the CPU is shown.' : 'Browsers offer WebGPU to pages of https and of localhost alone, so only the CPU is shown.' };
@@ -109,7 +109,7 @@ async function load(asset) {
 }
 
 const fail = (error) => set_state('failed', error.message ?? String(error));
-// What is opened last is shown, even if something that was opened before arrives later.
+// The last file that is opened is shown, even if an earlier one arrives later.
 let opening = new AbortController();
 function open(make_asset) {
   opening.abort();

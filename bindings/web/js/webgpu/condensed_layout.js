@@ -1,4 +1,4 @@
-// The records of condensed streams, beside those of layout.js, which are in `plan`: of streams, of their attribute data, and of attributes.
+// The records that condensed streams have in `plan`, beside the records of layout.js: of streams, of their attribute data, and of attributes.
 import { kNoTable, kSchemeCreated, kSchemeRaw } from './condensed_head.js';
 import { add_record_words, constants, kAttributeFields, kGroupWords, kNone, kStreamFields, Layout, schemes, stream_words } from './layout.js';
 import { value_components } from './stream_head.js';
