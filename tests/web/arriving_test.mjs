@@ -223,6 +223,22 @@ test('decodeUrl: the first patch comes early, and `signal` ends it at once', { .
   await assert.rejects(pool.decodeUrl(`${origin}/whole.glb`, { signal: AbortSignal.abort() }), { code: 'aborted' });
 });
 
+// Otherwise a browser would report a failed request, and would not keep the file in its cache.
+test('a response all of whose bytes were used is not aborted', async () => {
+  const glb = readFileSync(path.join(samples, 'patches.glb')), sent = [];
+  async function* late() {
+    yield glb;
+    await new Promise((resolve) => sent.push(resolve));
+  }
+  const { origin, open, done } = await serve_slowly({ '/a.glb': late, '/chosen.glb': late });
+  await pool.decodeUrl(`${origin}/a.glb`);
+  await pool.decodeUrl(`${origin}/chosen.glb`, { choose: () => null });
+  await wait_ms(100);
+  assert.deepEqual(open, new Set(['/a.glb', '/chosen.glb']));
+  for (const end of sent) end();
+  while (done.size < 2 || open.size > 0) await wait_ms(1);
+});
+
 // A server that promises more bytes than it sends, and one whose connection breaks.
 test('a response that ends early says so', async () => {
   const glb = readFileSync(path.join(samples, 'patches.glb')), server = createServer(({ url }, response) => {

@@ -12,16 +12,19 @@ export function is_file(input) {
   return is_node && String(input?.url ?? input).startsWith('file:');
 }
 
-/** The response to a request, or a response that is given. Errors have its address. */
+/** The response to a request, or a response that is given. Errors have its address. The signal ends the request; who reads the body ends that. */
 export async function fetched(input, signal) {
   if (is_file(input)) return { url: String(input.url ?? input), body: file_chunks(new URL(input.url ?? input)) };
+  const own = new AbortController(), release = on_abort(signal, () => own.abort());
   let response = input;
   try {
-    if (!(input instanceof Response)) response = await fetch(input, { signal });
+    if (signal?.aborted) own.abort();
+    if (!(input instanceof Response)) response = await fetch(input, { signal: own.signal });
   } catch (error) {
     throw signal?.aborted ? new PsplitError('aborted', 'aborted') : new PsplitError(`${input?.url ?? input}: ${error.message}`, 'failed');
   }
   if (!response.ok || response.body === null) throw new PsplitError(`${response.url}: HTTP status ${response.status}`, 'failed');
+  release();
   return response;
 }
 
@@ -39,6 +42,7 @@ function reader_of(source) {
 export class ArrivingBytes {
   #chunks = [];
   #length = 0;
+  #expected = Infinity;
   #is_complete = false;
   #error;
   #changed = [];  // functions that wait for a change
@@ -58,6 +62,12 @@ export class ArrivingBytes {
   }
   get is_complete() {
     return this.#is_complete;
+  }
+
+  // No bytes are needed after these. When they are there, an abort does not end the source: its own end follows, and a browser keeps only
+  // whole responses in its cache.
+  expect(length) {
+    this.#expected = length;
   }
 
   // Resolves when the first `count` bytes are there, or all.
@@ -100,7 +110,7 @@ export class ArrivingBytes {
       const message = error?.message ?? String(error), { url } = this;
       this.#error ??= error instanceof PsplitError ? error
         : new PsplitError(url === undefined ? message : `${url || 'the response'}: it ended early, after ${this.#length} bytes (${message})`, 'failed');
-      reader?.cancel().catch(() => {});
+      if (this.#length < this.#expected) reader?.cancel().catch(() => {});
       this.#wake();
     };
     const abort = () => fail(new PsplitError('aborted', 'aborted'));
@@ -110,7 +120,10 @@ export class ArrivingBytes {
       if (signal?.aborted) abort();
       while (this.#error === undefined && !this.#is_complete) {
         const { done, value } = await reader.next();
-        if (this.#error !== undefined) break;
+        if (this.#error !== undefined) {
+          if (!done) reader.cancel().catch(() => {});
+          break;
+        }
         if (!done && !(value instanceof Uint8Array)) throw new PsplitError('a chunk is not a Uint8Array', 'invalid-input');
         this.#is_complete = done === true;
         if (!done) this.#chunks.push(value);

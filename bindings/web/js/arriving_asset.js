@@ -61,6 +61,7 @@ export class ArrivingAsset {
       const end = head.length + word(head, 12);
       text = whole(await this.#file.bytes(head.length, end), this.#file, head.length, end);
       this.#binary = end + kChunkHeader;
+      this.#file.expect?.(word(head, 8));
     } else if (magic !== kGlb) {
       text = await this.#file.bytes(0);
     }
@@ -142,7 +143,10 @@ export class ArrivingAsset {
     if (uri === undefined && this.#binary === 0) throw invalid(`buffer ${number} has no bytes`);
     if (uri === undefined) return { bytes: this.#file, begin: this.#binary };
     if (!this.#buffers.has(number))
-      this.#buffers.set(number, this.#open(this.#resolve(uri), this.#signal).then(({ file }) => file));
+      this.#buffers.set(number, this.#open(this.#resolve(uri), this.#signal).then(({ file }) => {
+        file.expect?.(this.json.buffers[number].byteLength);
+        return file;
+      }));
     return { bytes: await this.#buffers.get(number), begin: 0 };
   }
 }

@@ -161,9 +161,9 @@ export async function open_ranged(input, signal) {
     if (signal.aborted) abort();
     return { response: await fetch(is_request ? input.clone() : input, { headers, signal: own.signal }), release };
   };
-  let response = input;
+  let response = input, first = null;
   if (!(input instanceof Response) && !is_file(input) && !(is_request && (input.method !== 'GET' || input.headers.has('Range')))) {
-    const first = await fetch_range(`bytes=0-${kFirstBytes - 1}`).catch(() => null);
+    first = await fetch_range(`bytes=0-${kFirstBytes - 1}`).catch(() => null);
     response = first && first.response;
     const range = response && range_of(response), validator = response && validator_of(response);
     const is_range = response?.status === 206 && range !== null && validator !== null && !response.headers.has('Content-Encoding') &&
@@ -175,6 +175,7 @@ export async function open_ranged(input, signal) {
     }
   }
   const { url, body } = await fetched(response, signal);
+  first?.release();
   return { file: new ArrivingBytes(body, signal, url), url };
 }
 
