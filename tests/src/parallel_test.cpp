@@ -52,6 +52,18 @@ TEST(ThreadPool, RunsTasksAtOnce) {
   EXPECT_EQ(here, 2);
 }
 
+// While one thread has the first task, the other one takes the rest.
+TEST(ThreadPool, StartsTasksInTheirOrder) {
+  const ThreadPool pool(2);
+  std::atomic<size_t> started{0};
+  std::vector<size_t> order(9);
+  pool.for_each(order.size(), [&](size_t i) {
+    order[started++] = i;
+    while (i == 0 && started < order.size()) std::this_thread::yield();
+  });
+  EXPECT_TRUE(std::ranges::is_sorted(order));
+}
+
 TEST(ThreadPool, HasNoMoreThreadsThanItSays) {
   const ThreadPool pool(3);
   std::mutex mutex;
