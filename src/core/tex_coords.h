@@ -25,7 +25,6 @@ class TipPlaces {
   // Sets is_placed if there are places. n and p are texture coordinates, at(corner) a position.
   template <typename Index, typename At>
   PSPLIT_HD Fault find(Index tip, const int32_t* n, const int32_t* p, At at, bool& is_placed) {
-    constexpr uint64_t kMost = ~uint64_t{0} >> 1;
     const int64_t edge_s = int64_t{p[0]} - n[0], edge_t = int64_t{p[1]} - n[1];
     if (edge_s == 0 && edge_t == 0) return Fault::kNone;
     const Vec3 n_at = at(next(tip)), pn = minus(at(previous(tip)), n_at);
@@ -36,7 +35,8 @@ class TipPlaces {
     scale_ = static_cast<int64_t>(pn_square);
     const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
     const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
-    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || scale_ <= 0)
+    if (is_too_large(n_most, pn_square) || scale_ <= 0 ||
+        (along > 0 && is_too_large(static_cast<uint64_t>(along), pn_most)))
       return Fault::kPrediction;
     foot_s_ = product(n[0], scale_) + product(along, edge_s);
     foot_t_ = product(n[1], scale_) + product(along, edge_t);
@@ -57,6 +57,11 @@ class TipPlaces {
 
  private:
   PSPLIT_HD static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
+  // Whether a product, of which `b` is not 0, has more than 63 bits. Nearly all products are of small numbers,
+  // and a division takes long.
+  PSPLIT_HD static bool is_too_large(uint64_t a, uint64_t b) {
+    return (a | b) >> 31 != 0 && a > (~uint64_t{0} >> 1) / b;
+  }
   PSPLIT_HD int64_t quotient(uint64_t a) const { return static_cast<int64_t>(a) / scale_; }
 
   int64_t scale_ = 1;
