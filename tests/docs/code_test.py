@@ -42,7 +42,6 @@ kAround = {
                      "psplit::Span<const uint8_t> bytes; std::vector<psplit::AttributeRequest> attributes; void *indices = nullptr, *positions = nullptr, *scratch = nullptr;"
                      "std::vector<psplit::CudaPrimitive> primitives; uint64_t scratch_bytes = 0; CUstream_st* stream = nullptr;"),
     "docs/libdraco.md": ("#include <draco/compression/decode.h>", "draco::DecoderBuffer buffer;"),
-
 }
 
 
