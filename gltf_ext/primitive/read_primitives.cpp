@@ -1,10 +1,15 @@
 #include "gltf_ext/primitive/read_primitives.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "gltf_ext/primitive/view_in_place.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {
+
+constexpr size_t kIndicesAtOnce = 3 << 16;
 
 Expected<Attribute> read_attribute(const Document& document, const AttributeRecord& attribute) {
   Expected<AccessorData> data = read_accessor(document, attribute.accessor);
@@ -38,7 +43,7 @@ Status read_plain_attributes(const Document& document, const PrimitiveRecord& pr
 // The indices of a primitive. `make_room(count)` returns the memory for them, or an error.
 template <typename MakeRoom>
 Status read_indices_of(const Document& document, const PrimitiveRecord& primitive, uint32_t point_count,
-                       MakeRoom make_room) {
+                       const ThreadPool& pool, MakeRoom make_room) {
   ValuesView indices{ComponentType::kUint32, 1, false, point_count, {}, 0};
   AccessorData copy;
   if (primitive.indices >= 0) {
@@ -58,29 +63,36 @@ Status read_indices_of(const Document& document, const PrimitiveRecord& primitiv
   }
   const Expected<std::span<uint32_t>> room = make_room(size_t{indices.count});
   if (!room) return room.status();
-  return read_indices(indices, 0, point_count, *room);
+  std::vector<Status> statuses((room->size() + kIndicesAtOnce - 1) / kIndicesAtOnce);
+  pool.for_ranges(room->size(), kIndicesAtOnce, [&](size_t begin, size_t end) {
+    statuses[begin / kIndicesAtOnce] =
+        read_indices(indices, begin, point_count, room->subspan(begin, end - begin));
+  });
+  const auto failed = std::ranges::find_if(statuses, [](const Status& status) { return !status.ok(); });
+  return failed == statuses.end() ? Status() : std::move(*failed);
 }
 
 Expected<std::vector<uint32_t>> indices_of(const Document& document, const PrimitiveRecord& primitive,
-                                           uint32_t point_count) {
+                                           uint32_t point_count, const ThreadPool& pool) {
   std::vector<uint32_t> indices;
-  Status status =
-      read_indices_of(document, primitive, point_count, [&](size_t count) -> Expected<std::span<uint32_t>> {
-        indices.resize(count);
-        return std::span(indices);
-      });
+  Status status = read_indices_of(document, primitive, point_count, pool,
+                                  [&](size_t count) -> Expected<std::span<uint32_t>> {
+                                    indices.resize(count);
+                                    return std::span(indices);
+                                  });
   if (!status.ok()) return status;
   return indices;
 }
 
 // Triangles of a list, strip or fan, with the orientation that glTF defines.
 Expected<Array<std::array<uint32_t, 3>>> triangles_of(const Document& document,
-                                                      const PrimitiveRecord& primitive, uint32_t point_count) {
+                                                      const PrimitiveRecord& primitive, uint32_t point_count,
+                                                      const ThreadPool& pool) {
   Array<std::array<uint32_t, 3>> faces;
   const int mode = primitive.mode;
   if (mode == 4) {
-    Status status =
-        read_indices_of(document, primitive, point_count, [&](size_t count) -> Expected<std::span<uint32_t>> {
+    Status status = read_indices_of(
+        document, primitive, point_count, pool, [&](size_t count) -> Expected<std::span<uint32_t>> {
           if (count % 3 != 0) return invalid_input("a triangle list has " + std::to_string(count) + " indices");
           faces.resize(count / 3);
           return std::span(faces.empty() ? nullptr : faces.front().data(), count);
@@ -88,7 +100,7 @@ Expected<Array<std::array<uint32_t, 3>>> triangles_of(const Document& document,
     if (!status.ok()) return status;
     return faces;
   }
-  const Expected<std::vector<uint32_t>> read = indices_of(document, primitive, point_count);
+  const Expected<std::vector<uint32_t>> read = indices_of(document, primitive, point_count, pool);
   if (!read) return read.status();
   const std::vector<uint32_t>& indices = *read;
   for (size_t i = 2; i < indices.size(); ++i) {
@@ -103,13 +115,14 @@ Expected<Array<std::array<uint32_t, 3>>> triangles_of(const Document& document,
 }
 
 // Completes `mesh`, which holds the attributes that an extension stores, with the plain data of the primitive.
-Expected<Mesh> read_plain(const Document& document, const PrimitiveRecord& primitive, Mesh mesh) {
+Expected<Mesh> read_plain(const Document& document, const PrimitiveRecord& primitive, const ThreadPool& pool,
+                          Mesh mesh) {
   if (Status status = read_plain_attributes(document, primitive, mesh); !status.ok()) return status;
   if (primitive.storage() == PrimitiveStorage::kStockDraco && primitive.indices >= 0 &&
       document.records().accessor(primitive.indices).layout.component_count() != 1)
     return invalid_input("indices are not scalars");
   if (primitive.storage() != PrimitiveStorage::kPlain) return mesh;
-  auto faces = triangles_of(document, primitive, mesh.point_count);
+  auto faces = triangles_of(document, primitive, mesh.point_count, pool);
   if (!faces) return faces.status();
   mesh.faces = std::move(*faces);
   return mesh;
@@ -164,7 +177,7 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
   }
   pool.for_each(ids.size(), [&](size_t i) {
     if (meshes[i])
-      meshes[i] = read_plain(document, document.records().primitive(ids[i]), std::move(*meshes[i]));
+      meshes[i] = read_plain(document, document.records().primitive(ids[i]), pool, std::move(*meshes[i]));
     if (!meshes[i]) meshes[i] = meshes[i].status().at(place_of(ids[i])).at({.file = document.source.string()});
   });
   return meshes;
@@ -178,7 +191,7 @@ Expected<LinesOrPoints> read_lines_or_points(const Document& document, Primitive
   result.corner_count = mode == 0 ? 1 : 2;
   if (Status status = read_plain_attributes(document, primitive, result.mesh); !status.ok())
     return std::move(status).at(place_of(id));
-  const auto indices = indices_of(document, primitive, result.mesh.point_count);
+  const auto indices = indices_of(document, primitive, result.mesh.point_count, ThreadPool(1));
   if (!indices) return indices.status().at(place_of(id));
   const size_t count = indices->size();
   if (mode == 0)
