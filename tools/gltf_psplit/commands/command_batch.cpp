@@ -272,10 +272,8 @@ void add_merge_command(CLI::App& batch, Action& action) {
 
 }  // namespace
 
-void add_batch_command(CLI::App& app, Action& action) {
+void add_batch_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<BatchCommandArguments>();
-  CLI::App& command =
-      *app.add_subcommand("batch", "Split many assets; a second run repeats only those that changed");
   add_inputs(command, arguments->batch);
   add_output_folder(command, "-o,--out-dir", arguments->batch);
   add_base(command, arguments->batch);

@@ -221,10 +221,8 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
 
 }  // namespace
 
-void add_compare_command(CLI::App& app, Action& action) {
+void add_compare_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App& command =
-      *app.add_subcommand("compare", "Measure patches, stock Draco and meshoptimizer on the same meshes");
   command
       .add_option(
           "IN", arguments->input,

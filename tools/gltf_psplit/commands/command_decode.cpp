@@ -168,10 +168,8 @@ Status run_decode(const DecodeArguments& arguments, const Session& session) {
 
 }  // namespace
 
-void add_decode_command(CLI::App& app, Action& action) {
+void add_decode_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<DecodeArguments>();
-  CLI::App& command = *app.add_subcommand(
-      "decode", "Decode patches and stock Draco into plain or stock Draco glTF, or a mesh file");
   add_input_option(command, arguments->input);
   add_output_option(command, arguments->output, OutputForms::kGltfAndMeshFiles);
   add_choice_option(command, "--to", arguments->target, {"gltf", "draco"},

@@ -213,11 +213,8 @@ Status run_diff(const DiffArguments& arguments, const Session& session) {
 
 }  // namespace
 
-void add_diff_command(CLI::App& app, Action& action) {
+void add_diff_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<DiffArguments>();
-  CLI::App& command = *app.add_subcommand("diff",
-                                          "Test whether two assets hold the same meshes, up to order and "
-                                          "quantization. If not, list the differences and exit with 7");
   command
       .add_option(
           "A", arguments->inputs[0],

@@ -377,9 +377,8 @@ void add_memory_options(CLI::App& command, EncodeCommandArguments& arguments) {
 
 }  // namespace
 
-void add_encode_command(CLI::App& app, Action& action) {
+void add_encode_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<EncodeCommandArguments>();
-  CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
   add_inputs(command, *arguments);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);

@@ -70,10 +70,8 @@ Status run_expand(const ExpandArguments& arguments, const Session& session) {
 
 }  // namespace
 
-void add_expand_command(CLI::App& app, Action& action) {
+void add_expand_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<ExpandArguments>();
-  CLI::App& command =
-      *app.add_subcommand("expand", "Restore the Draco streams of condensed patches, bit for bit");
   add_input_option(command, arguments->input);
   add_output_option(command, arguments->output);
   add_images_option(command, arguments->write);

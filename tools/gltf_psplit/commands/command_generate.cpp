@@ -207,12 +207,10 @@ Status run_generate(GenerateArguments arguments, const Session& session) {
 
 }  // namespace
 
-void add_generate_command(CLI::App& app, Action& action) {
+void add_generate_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<GenerateArguments>();
   arguments->options.faces = 100000;
   arguments->options.seed = 1;
-  CLI::App& command =
-      *app.add_subcommand("generate", "Make a sample mesh. The same options always make the same mesh");
   add_word_option(
       command, "-o,--output,OUT", arguments->output, "FILE",
       "The output: a .glb or .gltf file, or a binary .ply file, whose mesh may be larger than memory; - "

@@ -140,10 +140,8 @@ Status run_inspect(const InspectArguments& arguments, const Session& session) {
 
 }  // namespace
 
-void add_inspect_command(CLI::App& app, Action& action) {
+void add_inspect_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<InspectArguments>();
-  CLI::App& command =
-      *app.add_subcommand("inspect", "List the patches and Draco streams of assets, with their sizes");
   command
       .add_option(
           "IN", arguments->inputs,

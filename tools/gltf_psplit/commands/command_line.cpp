@@ -136,9 +136,9 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return error.what();
 }
 
-void add_help_command(CLI::App& app, Action& action) {
+void add_help_command(CLI::App& command, Action& action) {
+  CLI::App& app = *command.get_parent();
   auto verb = std::make_shared<std::string>();
-  CLI::App& command = *app.add_subcommand("help", "Print the help of a subcommand, or the list of subcommands");
   command.add_option("SUBCOMMAND", *verb, "A subcommand; without it, the list of subcommands is printed");
   add_examples(command, {{"gltf-psplit help encode", "show all options of encode"}});
   command.callback([verb, &app, &action] {
@@ -154,12 +154,12 @@ void add_help_command(CLI::App& app, Action& action) {
   });
 }
 
-void add_completion_command(CLI::App& app, Action& action) {
+void add_completion_command(CLI::App& command, Action& action) {
+  CLI::App& app = *command.get_parent();
   struct Arguments {
     std::string shell, output = "-";
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("completion", "Print a script that completes words in a shell");
   static const std::map<std::string, Shell> kShells{
       {"bash", Shell::kBash}, {"fish", Shell::kFish}, {"zsh", Shell::kZsh}};
   command.add_option("SHELL", arguments->shell, "bash, zsh or fish")
@@ -178,26 +178,52 @@ void add_completion_command(CLI::App& app, Action& action) {
   });
 }
 
-void add_version_command(CLI::App& app, Action& action) {
-  CLI::App& command = *app.add_subcommand("version", "Print the version");
+void add_version_command(CLI::App& command, Action& action) {
   command.callback([&action] {
     action = [](const Session& session) { return write_text("-", "gltf-psplit " + session.version + "\n"); };
   });
 }
 
-void add_commands(CLI::App& app, Action& action) {
-  add_encode_command(app, action);
-  add_batch_command(app, action);
-  add_decode_command(app, action);
-  add_expand_command(app, action);
-  add_inspect_command(app, action);
-  add_validate_command(app, action);
-  add_compare_command(app, action);
-  add_diff_command(app, action);
-  add_generate_command(app, action);
-  add_completion_command(app, action);
-  add_help_command(app, action);
-  add_version_command(app, action);
+struct Subcommand {
+  const char* name;
+  const char* description;
+  void (*add_options)(CLI::App& command, Action& action);
+};
+constexpr Subcommand kSubcommands[] = {
+    {"encode", "Split the meshes of an asset into Draco patches", add_encode_command},
+    {"batch", "Split many assets; a second run repeats only those that changed", add_batch_command},
+    {"decode", "Decode patches and stock Draco into plain or stock Draco glTF, or a mesh file",
+     add_decode_command},
+    {"expand", "Restore the Draco streams of condensed patches, bit for bit", add_expand_command},
+    {"inspect", "List the patches and Draco streams of assets, with their sizes", add_inspect_command},
+    {"validate", "Check assets against every rule of the extension", add_validate_command},
+    {"compare", "Measure patches, stock Draco and meshoptimizer on the same meshes", add_compare_command},
+    {"diff",
+     "Test whether two assets hold the same meshes, up to order and quantization. If not, list the differences "
+     "and exit with 7",
+     add_diff_command},
+    {"generate", "Make a sample mesh. The same options always make the same mesh", add_generate_command},
+    {"completion", "Print a script that completes words in a shell", add_completion_command},
+    {"help", "Print the help of a subcommand, or the list of subcommands", add_help_command},
+    {"version", "Print the version", add_version_command},
+};
+
+// To make all options takes milliseconds, as long as to encode a small asset. So only verbs that are among the
+// words have them; the script for a shell needs all.
+void add_commands(CLI::App& app, std::span<char* const> words, CommonOptions& common, Action& action) {
+  const auto has_word = [&](std::string_view word) { return std::ranges::find(words, word) != words.end(); };
+  const bool needs_all = has_word("completion");
+  for (const auto& [name, description, add_options] : kSubcommands) {
+    CLI::App& command = *app.add_subcommand(name, description);
+    if (!needs_all && !has_word(name)) continue;
+    add_options(command, action);
+    for (CLI::App* part : command.get_subcommands({})) {
+      add_force_option(*part, common.force);
+      add_common_options(*part, common);
+    }
+    add_force_option(command, common.force);
+    add_common_options(command, common);
+  }
 }
 
 int run(int argc, char** argv, const char* version) {
@@ -213,15 +239,7 @@ int run(int argc, char** argv, const char* version) {
   CommonOptions common;
   add_common_options(app, common);
   Action action;
-  add_commands(app, action);
-  for (CLI::App* command : app.get_subcommands({})) {
-    for (CLI::App* part : command->get_subcommands({})) {
-      add_force_option(*part, common.force);
-      add_common_options(*part, common);
-    }
-    add_force_option(*command, common.force);
-    add_common_options(*command, common);
-  }
+  add_commands(app, {argv, static_cast<size_t>(argc)}, common, action);
   add_examples(app, {{"gltf-psplit encode dragon.ply dragon.glb", "split a mesh into patches"},
                      {"gltf-psplit decode dragon.glb plain.glb", "join the patches again, as plain glTF"},
                      {"gltf-psplit help encode", "show the options of a subcommand"}});

@@ -99,9 +99,8 @@ Status run_validate(const ValidateArguments& arguments, const Session& session) 
 
 }  // namespace
 
-void add_validate_command(CLI::App& app, Action& action) {
+void add_validate_command(CLI::App& command, Action& action) {
   auto arguments = std::make_shared<ValidateArguments>();
-  CLI::App& command = *app.add_subcommand("validate", "Check assets against every rule of the extension");
   command
       .add_option("IN", arguments->inputs, "The inputs: .gltf, .glb or .drc files; - reads a GLB from stdin")
       ->required();

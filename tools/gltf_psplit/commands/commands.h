@@ -18,15 +18,16 @@ int run_command_line(int argc, char** argv, const char* version = "unknown");
 
 using Action = std::function<Status(const Session&)>;
 
-// Each function adds one subcommand. A command line that names the subcommand sets `action` while it is parsed.
-void add_encode_command(CLI::App& app, Action& action);
-void add_batch_command(CLI::App& app, Action& action);
-void add_decode_command(CLI::App& app, Action& action);
-void add_expand_command(CLI::App& app, Action& action);
-void add_inspect_command(CLI::App& app, Action& action);
-void add_validate_command(CLI::App& app, Action& action);
-void add_compare_command(CLI::App& app, Action& action);
-void add_diff_command(CLI::App& app, Action& action);
-void add_generate_command(CLI::App& app, Action& action);
+// Each function adds the options of a subcommand. A command line that names the subcommand sets `action` while
+// it is parsed.
+void add_encode_command(CLI::App& command, Action& action);
+void add_batch_command(CLI::App& command, Action& action);
+void add_decode_command(CLI::App& command, Action& action);
+void add_expand_command(CLI::App& command, Action& action);
+void add_inspect_command(CLI::App& command, Action& action);
+void add_validate_command(CLI::App& command, Action& action);
+void add_compare_command(CLI::App& command, Action& action);
+void add_diff_command(CLI::App& command, Action& action);
+void add_generate_command(CLI::App& command, Action& action);
 
 }  // namespace psplit
