@@ -1,5 +1,5 @@
 """Builds the benchmarks, and says where they run."""
-import pathlib, platform, re, shlex, subprocess, sys
+import json, os, pathlib, platform, re, shlex, subprocess, sys, tempfile
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
 
@@ -14,6 +14,22 @@ def build(targets, *options, folder="build/bench"):
         if done.returncode != 0:
             sys.exit(f"{shlex.join(command)} fails:\n{done.stdout[-4000:]}")
     return root / folder / "bench"
+
+
+def run_benchmark(program, pattern, repetitions, mesh=None):
+    """What a program of Google Benchmark measures of the benchmarks whose names match, in turn, on `mesh` instead of the one that
+    PSPLIT_BENCH_MESH names: its JSON; None if none matches."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder, "report.json")
+        command = [program, f"--benchmark_out={out}", "--benchmark_out_format=json", f"--benchmark_repetitions={repetitions}",
+                   f"--benchmark_filter={pattern}", "--benchmark_enable_random_interleaving=true", "--benchmark_min_time=0.1"]
+        print(f"running {program.name}", file=sys.stderr, flush=True)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              env=os.environ | ({"PSPLIT_BENCH_MESH": str(mesh)} if mesh else {}))
+        if done.returncode != 0:
+            sys.exit(f"{program.name} fails:\n{done.stdout[-4000:]}")
+        # If the filter matches nothing, there is no JSON.
+        return json.loads(out.read_text()) if out.exists() and out.stat().st_size > 0 else None
 
 
 def add_meshoptimizer_option(parser):

@@ -1,5 +1,7 @@
 """What scripts/typical and scripts/rivals compute from the times and bytes of psplit, libdraco and meshoptimizer."""
-import math, statistics
+import math, re, statistics
+
+from benchmarks.pages import span, value_of
 
 kForms = {"plain": "alone", "zstd": "zstd", "brotli": "brotli"}  # what compresses meshoptimizer's bytes once more
 kSmallFaces = 10000  # assets of fewer faces are small
@@ -78,7 +80,8 @@ def is_cut(split):
 
 
 def way_of(split):
-    return f"{split['patches']:,} patch{'' if split['patches'] == 1 else 'es'}" if is_cut(split) else "one stream a primitive"
+    cut = f"{split['patches']:,} patch{'' if split['patches'] == 1 else 'es'}" if is_cut(split) else "one stream a primitive"
+    return f"{cut}, condensed" if split.get("condensed") else cut
 
 
 def contenders(report):
@@ -103,26 +106,86 @@ def spreads_of(report):
             if row["backend"] == "cpu"]
 
 
-def summarize(reports):
-    """The rows of a table of several reports of one asset, by builds with different meshoptimizers in several rounds: name, bytes,
-    bytes over stock Draco's, and milliseconds on one thread, over stock Draco's of the same report, and on several threads. Times
-    are medians of the reports; ratios are medians of the reports' ratios. Of meshoptimizer, rows have the newest, of the last
-    report, with zstd or brotli, as a server sends its bytes."""
+def medians_of(reports, with_older=False):
+    """{name: figures} of several reports of one asset, by builds with different meshoptimizers in several rounds. Times are medians of
+    the reports, and ratios, to stock Draco's of the same report, are medians of the reports' ratios. Of meshoptimizer, there is the
+    newest, of the last report, with zstd or brotli, as a server sends its bytes; `with_older`: the others with zstd as well."""
     rows, newest = {}, contenders(reports[-1])
     for report in reports:
         of_report = contenders(report)
         stock = next(iter(of_report.values()))
         for name, (size, one, many) in of_report.items():
-            if name.startswith("meshoptimizer") and (name not in newest or not name.endswith(tuple(kForms.values()))):
+            is_shown = name in newest and name.endswith(tuple(kForms.values())) or with_older and name.endswith(kForms["zstd"])
+            if name.startswith("meshoptimizer") and not is_shown:
                 continue
-            row = rows.setdefault(name, {"bytes": size, "of_stock": size / stock[0], "one": [], "ratio": [], "many": []})
+            row = rows.setdefault(name, {"bytes": size, "of_stock": size / stock[0], "one": [], "ratio": [], "many": [], "many_ratio": []})
             row["one"].append(one)
             row["ratio"].append(one / stock[1])
             if many is not None:
                 row["many"].append(many)
-    return [[name, f"{row['bytes']:,}", f"{100 * (row['of_stock'] - 1):+.1f} %", f"{statistics.median(row['one']):.2f}",
-             f"{statistics.median(row['ratio']):.2f}", f"{statistics.median(row['many']):.2f}" if row["many"] else ""]
-            for name, row in rows.items()]
+                row["many_ratio"].append(many / stock[1])
+    return {name: {what: statistics.median(value) if value else None for what, value in row.items() if isinstance(value, list)} |
+            {"bytes": row["bytes"], "of_stock": row["of_stock"]} for name, row in rows.items()}
+
+
+def size_cells(row):
+    return [f"{row['bytes']:,}", f"{100 * (row['of_stock'] - 1):+.1f} %"]
+
+
+def summarize(reports):
+    """The rows of a table: name, bytes, bytes over stock Draco's, milliseconds on one thread, over stock Draco's, and on several."""
+    return [[name, *size_cells(row), f"{row['one']:.2f}", f"{row['ratio']:.2f}", f"{row['many']:.2f}" if row["many"] else ""]
+            for name, row in medians_of(reports).items()]
+
+
+# ---- One asset on several processors ----
+
+kSpeedUpHead = ["codec", "bytes", "of stock Draco's", "ms, one thread", "times stock Draco's speed", "ms, two threads",
+                "on two, times stock Draco's speed"]
+
+
+def usual_splits(splits):
+    """Of splits, with and without condensed streams, those that users choose: one stream, the default number of patches, these
+    condensed, and the patches of --profile speed."""
+    plain = [split for split in splits if not split["condensed"]][:3]
+    return [split for split in splits if split in plain or split["condensed"] and split["patches"] == plain[1]["patches"]]
+
+
+def speed_up_rows(reports):
+    """Rows under kSpeedUpHead."""
+    reports = [report | {"splits": usual_splits(report["splits"])} for report in reports]
+    return [[name, *size_cells(row), f"{row['one']:.1f}", f"{1 / row['ratio']:.2f}",
+             *([f"{row['many']:.1f}", f"{1 / row['many_ratio']:.2f}"] if row["many"] else ["", ""])]
+            for name, row in medians_of(reports, with_older=True).items()]
+
+
+def more_bytes(cell):
+    """"+1.4 %" as "1.4 % more bytes"."""
+    return f"{cell.lstrip('+-')} {'fewer' if cell.startswith('-') else 'more'} bytes"
+
+
+def speed_up_findings(tables):
+    """Sentences about the tables of several processors under kSpeedUpHead: first where a rival wins. Bytes are those of the first."""
+    size, over, one, two = (kSpeedUpHead[i] for i in (1, 2, 4, 6))
+    newest = tables[0]
+    ours = next(name for name in newest if re.fullmatch(r"psplit, [\d,]+ patches", name))
+    patches, condensed = ours.removeprefix("psplit, "), f"{ours}, condensed"
+    rivals = [name for name in newest if name.startswith("meshoptimizer")]
+    fastest = max(rivals, key=lambda name: value_of(newest[name][one]))
+    smallest = min(rivals, key=lambda name: value_of(newest[name][size]))
+    gains = [value_of(table[fastest][one]) / value_of(table[ours][one]) for table in tables if fastest in table]
+
+    def speeds(name, column):
+        return span([value_of(table[name][column]) for table in tables if name in table])
+
+    def bytes_over(rival):
+        return f"{value_of(newest[rival][size]) / value_of(newest[ours][size]):.2f} times"
+
+    return [f"{fastest}, decodes {span(gains, 1)} times as fast as psplit's {patches} on one thread, and takes {bytes_over(fastest)} the "
+            f"bytes; {smallest}, takes {bytes_over(smallest)}.",
+            f"psplit's {patches} decode {speeds(ours, one)} times as fast as stock Draco on one thread, and {speeds(ours, two)} times on two, "
+            f"for {more_bytes(newest[ours][over])}.",
+            f"Condensed, they take {more_bytes(newest[condensed][over])}, and decode {speeds(condensed, one)} times as fast on one thread."]
 
 
 def newest_rival(reports):

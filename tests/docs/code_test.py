@@ -29,7 +29,7 @@ kElsewhere = {
     ("rust", "bindings/rust/gltf-psplit/README.md"): "tests/rust/rust_test.py",
 }
 # Pages with blocks of no language: pictures, layouts, output and headers of HTTP.
-kPlain = {"docs/architecture.md", "docs/measured/compare.md", "gltf_ext/PSPLIT_mesh_draco_patches/README.md", "bindings/web/README.md"}
+kPlain = {"docs/architecture.md", "gltf_ext/PSPLIT_mesh_draco_patches/README.md", "bindings/web/README.md"}
 
 # What the C++ of a page stands in: {page: (headers, declarations at the top of a function)}.
 kAround = {

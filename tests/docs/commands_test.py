@@ -196,7 +196,7 @@ def main():
         # Sentences have whole commands, and options of any program.
         known = set().union(*(options_in(help_of(verb)) for verb in [None, *re.findall(r"^  ([a-z]+)\s", help_of(None).split("Subcommands:")[1], re.M)]))
         known |= options_in(subprocess.run([psplit, "batch", "plan", "--help"], capture_output=True, text=True).stdout)
-        known |= set(kForeign) | options_in("\n".join(file.read_text(errors="replace") for pattern in ("scripts/*", "tests/*/*.py")
+        known |= set(kForeign) | options_in("\n".join(file.read_text(errors="replace") for pattern in ("scripts/*", "bench/*", "bindings/*/*.py", "tests/*/*.py")
                                                               for file in root.glob(pattern) if file.is_file()))
         for page in pages():
             if page == "CHANGELOG.md":

@@ -13,38 +13,49 @@ compare, typical, encoding, cuda, profile, condensed = (f"docs/measured/{page}.m
 N = r"(-?[\d,]*\.?\d+)"  # in a sentence or a cell
 
 
-def decodes(patches, threads):
-    """Speed-ups in the output of `compare`."""
-    return rf"^psplit +{patches} .*{'' if threads == 1 else chr(92) + 'n +cpu +2 .*'} {N}x"
+def codec(name, cells):
+    """Cells of a codec on the page of the Dragon: bytes, percent, ms, speed, ms, speed. Those left out are `-`."""
+    return rf"^\| {name} " + "".join(rf"\| {'[^|]*' if cell == '-' else cell + ' '}" for cell in cells)
 
+
+def newest(row):
+    """Of a page with a section for each processor, the row in the first, which the last run wrote."""
+    return rf"^# (?s:.*?)\n{row.removeprefix('^')}"
+
+
+kOneThread, kTwoThreads = ("-", "-", "-", N), ("-", "-", "-", "-", "-", N)
+kStream, kUsual, kFast = "psplit, one stream a primitive", "psplit, 32 patches", "psplit, 182 patches"
+kOldRival, kNewRival = r"meshoptimizer 0\.18, codec 0, zstd", r"meshoptimizer 1\.2, codec 1, brotli"
 
 # (page, pattern of a sentence, measured page, pattern of cells). Each group of a pattern is a number. Two numbers of a sentence are
 # the least and the largest cell; one is any of the cells.
 kCells = [
-    ("README.md", rf"Dragon, {N} triangles", compare, rf"^dragon_vrip.ply: {N} faces"),
-    ("README.md", rf"stock Draco, one stream \| {N} \|", compare, rf"^stock Draco, speed 5 +1 +871,306 +{N}"),
-    ("README.md", rf"psplit, one stream \| {N} \|", compare, rf"^psplit +1 +871,306 +{N}"),
-    ("README.md", rf"psplit, one stream \| [\d,]+ \| {N} to {N} \|", compare, decodes(1, 1)),
-    ("README.md", rf"32 patches, the default \| {N} ", compare, rf"^psplit +32 +27,228 +{N}"),
-    ("README.md", rf"32 patches, the default \| [\d,]+ \(\+{N} %", compare, rf"^psplit +32 .*\+{N} %"),
-    ("README.md", rf"32 patches, the default \| [^|]* \| {N} to {N} \|", compare, decodes(32, 1)),
-    ("README.md", rf"32 patches, the default \| [^|]* \| [^|]* \| {N} to {N} \|", compare, decodes(32, 2)),
-    ("README.md", rf"182 patches, `--profile speed` \| {N} ", compare, rf"^psplit +182 +4,787 +{N}"),
-    ("README.md", rf"182 patches, `--profile speed` \| [\d,]+ \(\+{N} %", compare, rf"^psplit +182 .*\+{N} % .*\+?[\d.]+ %"),
-    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| {N} to {N} \|", compare, decodes(182, 1)),
-    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| [^|]* \| {N} to {N} \|", compare, decodes(182, 2)),
-    ("README.md", rf"32 patches, `--condense` \| {N} ", compare, rf"with `--condense` take {N} bytes"),
-    ("README.md", rf"32 patches, `--condense` \| [\d,]+ \({N} %", compare, rf"with `--condense` take [\d,]+ bytes \({N} %"),
-    ("README.md", rf"0\.18 and zstd \| {N} ", compare, rf"^meshopt 0\.18 \+ zstd +{N}"),
-    ("README.md", rf"0\.18 and zstd \| [\d,]+ \(\+{N} %", compare, rf"^meshopt 0\.18 \+ zstd .*\+{N} %"),
-    ("README.md", rf"0\.18 and zstd \| [^|]* \| {N} to {N} \|", compare, rf"^meshopt 0\.18 \+ zstd .* {N}x"),
-    ("README.md", rf"1\.2 and brotli \| {N} ", compare, rf"and {N} with brotli: 20"),
+    ("README.md", rf"Dragon, {N} triangles", compare, rf"has {N} faces"),
+    ("README.md", rf"stock Draco, one stream \| {N} \|", compare, newest(codec("libdraco, one stream a primitive, speed 5", [N]))),
+    ("README.md", rf"psplit, one stream \| {N} \|", compare, newest(codec(kStream, [N]))),
+    ("README.md", rf"psplit, one stream \| [\d,]+ \| {N} to {N} \|", compare, codec(kStream, kOneThread)),
+    ("README.md", rf"32 patches, the default \| {N} ", compare, newest(codec(kUsual, [N]))),
+    ("README.md", rf"32 patches, the default \| [\d,]+ \(\+{N} %", compare, newest(codec(kUsual, ["-", rf"\+{N} %"]))),
+    ("README.md", rf"32 patches, the default \| [^|]* \| {N} to {N} \|", compare, codec(kUsual, kOneThread)),
+    ("README.md", rf"32 patches, the default \| [^|]* \| [^|]* \| {N} to {N} \|", compare, codec(kUsual, kTwoThreads)),
+    ("README.md", rf"182 patches, `--profile speed` \| {N} ", compare, newest(codec(kFast, [N]))),
+    ("README.md", rf"182 patches, `--profile speed` \| [\d,]+ \(\+{N} %", compare, newest(codec(kFast, ["-", rf"\+{N} %"]))),
+    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| {N} to {N} \|", compare, codec(kFast, kOneThread)),
+    ("README.md", rf"182 patches, `--profile speed` \| [^|]* \| [^|]* \| {N} to {N} \|", compare, codec(kFast, kTwoThreads)),
+    ("README.md", rf"32 patches, `--condense` \| {N} ", compare, newest(codec(f"{kUsual}, condensed", [N]))),
+    ("README.md", rf"32 patches, `--condense` \| [\d,]+ \({N} %", compare, newest(codec(f"{kUsual}, condensed", ["-", rf"{N} %"]))),
+    ("README.md", rf"0\.18 and zstd \| {N} ", compare, newest(codec(kOldRival, [N]))),
+    ("README.md", rf"0\.18 and zstd \| [\d,]+ \(\+{N} %", compare, newest(codec(kOldRival, ["-", rf"\+{N} %"]))),
+    ("README.md", rf"0\.18 and zstd \| [^|]* \| {N} to {N} \|", compare, codec(kOldRival, kOneThread)),
+    ("README.md", rf"1\.2 and brotli \| {N} ", compare, newest(codec(kNewRival, [N]))),
+    ("README.md", rf"1\.2 and brotli \| [\d,]+ \(\+{N} %", compare, newest(codec(kNewRival, ["-", rf"\+{N} %"]))),
+    ("README.md", rf"1\.2 and brotli \| [^|]* \| {N} \(Xeon\)", compare, codec(kNewRival, kOneThread)),
     ("README.md", rf"- {N} assets as people ship them", typical, rf"^\| 5 \| {N} \|"),
     ("README.md", rf"one thread: {N} to {N} times as fast as libdraco", typical, rf"^\| [035] \| 40 \| {N} \|"),
     ("README.md", rf"as libdraco, at least {N} times", typical, rf"^\| [035] \| 40 \| [\d.]+ \| {N} \|"),
     ("README.md", rf"default for {N} of these", typical, rf"^\| 5 \| 1\.2, codec 1 \| brotli .* {N} of 40"),
-    ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"`encode` takes {N} of the time .* and {N} and"),
-    ("README.md", rf"and {N} to {N} on two threads", encoding, rf"one thread and {N} on two, and [\d.]+ and {N} on"),
+    ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"^\| `gltf-psplit encode -j 1` \| [\d.]+ \| {N} "),
+    ("README.md", rf"and {N} to {N} on two threads", encoding, rf"^\| `gltf-psplit encode -j 2` \| [\d.]+ \| {N} "),
     ("docs/manual.md", rf"The Dragon's file takes {N} bytes", profile, rf"by default, {N} "),
     ("docs/manual.md", rf"bytes instead of {N} \(-17", profile, rf"take {N} bytes by default"),
     ("docs/manual.md", rf"`encode` takes {N} times the processor", profile, rf"^\| `--profile size` \| {N} "),

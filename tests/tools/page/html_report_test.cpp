@@ -316,7 +316,7 @@ std::vector<Drawn> drawings_of(const std::string& page, const std::string& id) {
           read_drawing(part_of(chart, "<svg class=\"narrow\"", "</svg>"))};
 }
 
-// A scan, as docs/measured/compare.md has it: 1, 32, 182 and 726 patches, and rivals that are far away.
+// A scan in 1, 32, 182 and 726 patches, and rivals that are far away.
 ComparisonReport scan_report() {
   ComparisonReport report = sample_report();
   Comparison& comparison = report.comparison;

@@ -1,0 +1,57 @@
+"""The sentences with which measured pages of one program begin, made of the figures of their tables."""
+from benchmarks.pages import join, span, value_of
+
+
+def libdraco_findings(streams, programs):
+    """Of the rows of scripts/libdraco: streams (the third and the fifth cell are ratios) and programs (the last cell)."""
+    slower = [f"{row[0]} takes {1 / value_of(row[-1]):.2f} times the time" for row in programs if value_of(row[-1]) < 1]
+    gains = [value_of(row[-1]) for row in programs if value_of(row[-1]) >= 1]
+    return [*([f"In libdraco's place, {join(slower)}."] if slower else []),
+            f"psplit fills libdraco's classes {span([value_of(row[3]) for row in streams])} times as fast as libdraco on one thread, and "
+            f"{span([value_of(row[5]) for row in streams])} times in the first decode of a process.",
+            *([f"{'Other whole' if slower else 'Whole'} programs are {span(gains)} times as fast."] if gains else [])]
+
+
+def python_findings(mesh, decoding, encoding, sizes):
+    """Of the rows of bindings/python/benchmark.py, ours first, whose third and fifth cell are times over ours, and of the bytes that
+    encoders make of the mesh."""
+    (ours, size), *others = sizes.items()
+    sentences = [f"{other} makes {100 * (1 - rival / size):.1f} % fewer bytes of {mesh} than {ours}." for other, rival in others if rival < size]
+    slower = []
+    for rows in (decoding, encoding):
+        for name, *cells in rows[1:]:
+            ratios = [value_of(cells[1]), value_of(cells[3])]
+            if min(ratios) < 1:
+                sentences.append(f"{name} takes {span(ratios)} times the time of {rows[0][0]}.")
+            else:
+                slower.append((rows[0][0], f"{name} takes {span(ratios)} times"))
+    return sentences + [f"{join([words for way, words in slower if way == ours])} the time of {ours}." for ours in dict.fromkeys(way for way, _ in slower)]
+
+
+def batch_findings(speeds, memory):
+    """Of the rows of bench/small_assets: assets, what, seconds, assets a second, microseconds; and lines, what, megabytes of the batch,
+    of its worker, seconds."""
+    sentences = []
+    if memory:
+        most = max(memory, key=lambda row: max(map(value_of, filter(None, row[2:4]))))
+        sentences.append(f"Of {most[0]} lines, {most[1]} takes the most memory, {max(filter(None, most[2:4]), key=value_of)} MB.")
+        batches = [f"{row[2]} MB for a manifest of {row[0]} lines" for row in memory if row[1].startswith("manifest")]
+        sentences.append(f"A batch takes {join(batches)}.")
+    by_what = {row[1]: row for row in speeds}
+    encoded, unchanged = (by_what.get(f"one shard, 2 threads: {what}") for what in ("encoded", "up to date"))
+    if encoded:
+        sentences.append(f"One shard on two threads encodes {encoded[3]} assets a second, and passes {unchanged[3]} that are up to date.")
+    return sentences
+
+
+def out_of_core_findings(rows, limit):
+    """Of the rows of bench/out_of_core: triangles, step, seconds, seconds of CPU, nanoseconds a triangle, megabytes, bytes, disk space."""
+    whole = next(row for row in rows if row[1] == "encode in memory")
+    encoded = [row for row in rows if row[1] == "encode"]
+    first, last = encoded[0], encoded[-1]
+    speed = value_of(whole[4]) / value_of(last[4])
+    sentences = [f"`--memory {limit}` encodes {last[0]} triangles in {last[2]} seconds and {last[5]} MB, at {speed:.2f} times the speed a triangle of "
+                 f"{whole[0]} in memory, which take {whole[5]} MB."]
+    if first[0] == whole[0]:
+        sentences.append(f"Of {first[0]} it takes {value_of(first[2]) / value_of(whole[2]):.2f} times the time, and {first[5]} MB.")
+    return sentences
