@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Measures gltf_psplit beside DracoPy 2.x, beside libdraco in Python, and beside psplit's decoder in C++:
+"""Measures gltf_psplit beside DracoPy 2.x, beside libdraco in Python, and beside psplit's decoder in C++, and writes
+docs/measured/python.md:
 
-  bindings/python/benchmark.py [--build FOLDER] [--mesh FILE.ply[.gz]] [--rounds N] [--level L]
+  bindings/python/benchmark.py [--build FOLDER] [--mesh FILE.ply[.gz]] [--rounds N] [--level L] [-o FILE]
 
 --build is a build with -DPSPLIT_BUILD_PYTHON=ON and the target draco_reference, whose python/ has both modules. The mesh is
 encoded with Debian's draco_encoder. Rows:
@@ -25,11 +26,20 @@ import tempfile
 import time
 
 root = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(root / "scripts"))
+from benchmarks.findings import python_findings
+from benchmarks.pages import page, table, write
+from benchmarks.ratios import spread_of
+
+kOurs = {"decode": "`gltf_psplit.decode`", "encode": "`gltf_psplit.encode`"}
+kPieceFaces, kPieces = 2000, 100
+
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("--build", type=pathlib.Path, default=root / "build" / "release")
 parser.add_argument("--mesh", type=pathlib.Path, default=root.parent / "shared/corpus/mesh/dra/dragon_vrip.ply.gz")
 parser.add_argument("--rounds", type=int, default=15)
 parser.add_argument("--level", type=int, default=7, help="draco_encoder's compression level")
+parser.add_argument("-o", "--output", type=pathlib.Path, default=root / "docs/measured/python.md", help="- is stdout")
 options = parser.parse_args()
 sys.path.insert(0, str(options.build / "python"))
 import draco_reference
@@ -78,34 +88,31 @@ def seconds(call, inputs):
     return spent
 
 
-def measure(what, ways, inputs):
-    least = {way: float("inf") for way in ways}
-    for _ in range(options.rounds):
-        for way, call in ways.items():
-            least[way] = min(least[way], seconds(call, inputs))
-    print(what)
-    for way, spent in least.items():
-        print(f"  {way:12} {spent / len(inputs) * 1e3:10.3f} ms  {spent / least['gltf_psplit']:6.2f} times gltf_psplit")
+def measure(ways, inputs):
+    """The least milliseconds of each way for one input, the mean of the inputs."""
+    print(f"{' '.join(ways)}: {len(inputs)} meshes", file=sys.stderr, flush=True)
+    rounds = [{way: seconds(call, inputs) for way, call in ways.items()} for _ in range(options.rounds)]
+    spreads.extend(spread_of([spent[way] for spent in rounds]) for way in ways)
+    return {way: 1e3 * min(spent[way] for spent in rounds) / len(inputs) for way in ways}
 
 
-def measure_decoding(what, streams):
-    ways = {"gltf_psplit": gltf_psplit.decode, "C++": draco_reference.decode_in_cpp}
+def measure_decoding(streams):
+    ways = {kOurs["decode"]: gltf_psplit.decode, "psplit in C++": draco_reference.decode_in_cpp}
     if DracoPy is not None:
-        ways["DracoPy"] = dracopy
-    ways["libdraco"] = draco_reference.decode_to_arrays
+        ways["`DracoPy.decode`"] = dracopy
+    ways["libdraco with numpy"] = draco_reference.decode_to_arrays
     for stream in streams[:3]:
         mesh = gltf_psplit.decode(stream)
-        for faces, points in [way(stream) for name, way in ways.items() if name in ("DracoPy", "libdraco")]:
+        for faces, points in [way(stream) for way in list(ways.values())[2:]]:
             assert np.array_equal(mesh.faces, faces) and mesh.points.tobytes() == points.tobytes()
-    measure(f"{what}, {sum(map(len, streams)) // len(streams):,} bytes: decode", ways, streams)
+    return measure(ways, streams)
 
 
-def measure_encoding(what, meshes):
-    ways = {"gltf_psplit": lambda mesh: gltf_psplit.encode(mesh.points, mesh.faces)}
+def encoders():
+    ways = {kOurs["encode"]: lambda mesh: gltf_psplit.encode(mesh.points, mesh.faces)}
     if DracoPy is not None:
-        ways["DracoPy"] = lambda mesh: DracoPy.encode(mesh.points, mesh.faces)
-    sizes = {way: sum(len(call(mesh)) for mesh in meshes) for way, call in ways.items()}
-    measure(f"{what}: encode, to {' and '.join(f'{size:,}' for size in sizes.values())} bytes", ways, meshes)
+        ways["`DracoPy.encode`"] = lambda mesh: DracoPy.encode(mesh.points, mesh.faces)
+    return ways
 
 
 def version_of(package):
@@ -115,14 +122,24 @@ def version_of(package):
         return "of an unknown version"
 
 
-print(f"gltf_psplit {gltf_psplit.__version__}, "
-      + ("no DracoPy" if DracoPy is None else f"DracoPy {version_of('DracoPy')}")
-      + f", numpy {np.__version__}, Python {sys.version.split()[0]}, processor time, the least of {options.rounds} rounds")
+def rows_of(whole, piece, ours):
+    """Milliseconds, and their ratios to ours, for the mesh and for a piece."""
+    return [[way, f"{whole[way]:.1f}", f"{whole[way] / whole[ours]:.2f}", f"{piece[way]:.3f}", f"{piece[way] / piece[ours]:.2f}"] for way in whole]
+
+
+spreads = []
 stream = encoded(options.mesh)
 mesh = gltf_psplit.decode(stream)
-name = f"{options.mesh.name.split('.')[0]}, {len(mesh.faces):,} faces"
-streams = pieces(mesh, 2000, 100)
-measure_decoding(name, [stream])
-measure_decoding("A piece of 2,000 faces, the mean of 100", streams)
-measure_encoding(name, [mesh])
-measure_encoding("A piece of 2,000 faces, the mean of 100", [gltf_psplit.decode(piece) for piece in streams])
+name = options.mesh.name.split(".")[0]
+streams = pieces(mesh, kPieceFaces, kPieces)
+decoding = rows_of(measure_decoding([stream]), measure_decoding(streams), kOurs["decode"])
+sizes = {way: len(call(mesh)) for way, call in encoders().items()}
+encoding = rows_of(measure(encoders(), [mesh]), measure(encoders(), list(map(gltf_psplit.decode, streams))), kOurs["encode"])
+beside = "without DracoPy" if DracoPy is None else f"beside DracoPy {version_of('DracoPy')} with the libdraco that it brings"
+sections = [f"`gltf_psplit` {gltf_psplit.__version__}, {beside}, beside libdraco whose values numpy copies from vectors, and beside the decoder in",
+            "C++. All rows give positions and faces, which were compared. The mesh is encoded by `draco_encoder` at compression level",
+            f"{options.level} with 14 bits; a piece has {kPieceFaces:,} of its faces, which lie together, and the means of {kPieces} pieces count. Encoders have their",
+            f"defaults. Python {sys.version.split()[0]}, numpy {np.__version__}. Processor time, the least of {options.rounds} rounds in turn.", "",
+            *table(["", f"{name}, {len(mesh.faces):,} faces: ms", "of gltf_psplit's", f"a piece of {kPieceFaces:,} faces: ms", "of gltf_psplit's"],
+                   decoding + encoding)]
+write(page("The Python package", python_findings(name, decoding, encoding, sizes), sections, spreads), options.output)
