@@ -87,9 +87,10 @@ def page_by_processor(title, findings_of, introduction, section, before, spreads
     return "\n\n".join(parts) + "\n"
 
 
-def text_before(output):
-    """The old text of a page, "" if there is none."""
-    return output.read_text() if output.is_file() else ""
+def text_before(page, output):
+    """The old text of a page that is written to `output`, or shown if that is -; "" if there is none."""
+    file = page if str(output) == "-" else output
+    return file.read_text() if file.is_file() else ""
 
 
 def value_of(cell):

@@ -45,7 +45,10 @@ class Processors(unittest.TestCase):
         self.assertEqual([script_name(root / "bindings/python/benchmark.py"), script_name("/x/scripts/typical")],
                          ["bindings/python/benchmark.py", "scripts/typical"])
         with tempfile.TemporaryDirectory() as folder:
-            self.assertEqual(text_before(pathlib.Path(folder, "absent.md")), "")
+            page, other = pathlib.Path(folder, "page.md"), pathlib.Path(folder, "other.md")
+            self.assertEqual(text_before(page, page), "")
+            page.write_text("old")
+            self.assertEqual([text_before(page, output) for output in (page, "-", other)], ["old", "old", ""])
 
 
 def split(patches, condensed, size, one, two):
