@@ -40,18 +40,13 @@ def batch_findings(speeds, memory):
     by_what = {row[1]: row for row in speeds}
     encoded, unchanged = (by_what.get(f"one shard, 2 threads: {what}") for what in ("encoded", "up to date"))
     if encoded:
-        sentences.append(f"One shard on two threads encodes {encoded[3]} assets a second, and passes {unchanged[3]} that are up to date.")
+        sentences.append(f"One shard on two threads encodes {encoded[3]} assets a second, {encoded[4]} microseconds of CPU each, and passes "
+                         f"{unchanged[3]} that are up to date.")
     return sentences
 
 
 def out_of_core_findings(rows, limit):
     """Of the rows of bench/out_of_core: triangles, step, seconds, seconds of CPU, nanoseconds a triangle, megabytes, bytes, disk space."""
     whole = next(row for row in rows if row[1] == "encode in memory")
-    encoded = [row for row in rows if row[1] == "encode"]
-    first, last = encoded[0], encoded[-1]
-    speed = value_of(whole[4]) / value_of(last[4])
-    sentences = [f"`--memory {limit}` encodes {last[0]} triangles in {last[2]} seconds and {last[5]} MB, at {speed:.2f} times the speed a triangle of "
-                 f"{whole[0]} in memory, which take {whole[5]} MB."]
-    if first[0] == whole[0]:
-        sentences.append(f"Of {first[0]} it takes {value_of(first[2]) / value_of(whole[2]):.2f} times the time, and {first[5]} MB.")
-    return sentences
+    return [f"`--memory {limit}` encodes {row[0]} triangles in {row[2]} seconds and {row[5]} MB, at {value_of(whole[4]) / value_of(row[4]):.2f} times the speed "
+            f"a triangle of {whole[0]} in memory, which take {whole[5]} MB." for row in rows if row[1] == "encode"]
