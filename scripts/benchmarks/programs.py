@@ -2,6 +2,9 @@
 import json, os, pathlib, platform, re, shlex, subprocess, sys, tempfile
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
+kCorpus = root / "../shared/corpus"
+kDragon = kCorpus / "mesh/dra/dragon_vrip.ply.gz"
+kShortRepetition = 0.02  # seconds; of many short ones the least disturbed is taken
 
 
 def build(targets, *options, folder="build/bench"):
@@ -16,14 +19,25 @@ def build(targets, *options, folder="build/bench"):
     return root / folder / "bench"
 
 
-def run_benchmark(program, pattern, repetitions, mesh=None):
+def mesh_title(path):
+    """How pages name a mesh file."""
+    return {"dragon_vrip": "Dragon"}.get(name := path.name.partition(".")[0], name.replace("_", " "))
+
+
+def environment_of(mesh):
+    """The environment of a program that measures this mesh, or its built-in one."""
+    return {**{name: value for name, value in os.environ.items() if name != "PSPLIT_BENCH_MESH"},
+            **({"PSPLIT_BENCH_MESH": str(mesh)} if mesh else {})}
+
+
+def run_benchmark(program, pattern, repetitions, mesh=None, min_time=0.1):
     """What a program of Google Benchmark measures of the benchmarks whose names match, in turn, on `mesh` instead of the one that
-    PSPLIT_BENCH_MESH names: its JSON; None if none matches."""
+    PSPLIT_BENCH_MESH names: its JSON; None if none matches. `min_time`: seconds of each repetition at least."""
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder, "report.json")
         command = [program, f"--benchmark_out={out}", "--benchmark_out_format=json", f"--benchmark_repetitions={repetitions}",
-                   f"--benchmark_filter={pattern}", "--benchmark_enable_random_interleaving=true", "--benchmark_min_time=0.1"]
-        print(f"running {program.name}", file=sys.stderr, flush=True)
+                   f"--benchmark_filter={pattern}", "--benchmark_enable_random_interleaving=true", f"--benchmark_min_time={min_time}"]
+        print(f"running {program.name}{f' with {mesh.name}' if mesh else ''}", file=sys.stderr, flush=True)
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               env=os.environ | ({"PSPLIT_BENCH_MESH": str(mesh)} if mesh else {}))
         if done.returncode != 0:
