@@ -20,6 +20,7 @@ void decode(benchmark::State& state, const DecodeBackend& backend, const SampleK
     if (!mesh) state.SkipWithError(mesh.status().to_string().c_str());
     benchmark::DoNotOptimize(mesh);
   }
+  state.counters["bytes"] = static_cast<double>(input.container.size());
   state.counters["Mtri/s"] = benchmark::Counter(static_cast<double>(input.face_count) * 1e-6,
                                                 benchmark::Counter::kIsIterationInvariantRate);
 }

@@ -1,11 +1,12 @@
-// Compares psplit's partition with METIS k-way, on the same graph of faces and shared edges, and with
-// meshoptimizer's meshlets if these can be large enough.
+// Compares psplit's partition with METIS k-way, on the same graph of faces and shared edges, with the paper's
+// method, and with meshoptimizer's meshlets if these can be large enough.
 //
-//   partition_benchmark [FACES ...]       for a generated mesh of each size, or for PSPLIT_BENCH_MESH's file
+//   partition_benchmark ROUNDS [FACES]    for a generated mesh, or for PSPLIT_BENCH_MESH's file; a line of JSON
+//                                         for each size of patches, for scripts/bench --page partition
 //   partition_benchmark --benchmark_...   times only, with Google Benchmark's options, for scripts/bench
 //
-// Times are medians of interleaved runs. METIS gets its graph ready-made. psplit builds its own; "graph" is the
-// time of that alone.
+// METIS gets its graph ready-made; psplit builds its own. psplit, METIS and, in the first two
+// rounds, the paper's method, which takes seconds, run in turn. Meshlets are built once.
 #include <benchmark/benchmark.h>
 #include <meshoptimizer.h>
 #include <metis.h>
@@ -16,15 +17,22 @@
 #include "bench/samples.h"
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/partition.h"
+#include "encoder/welding/reduce.h"
+#include "gltf_ext/json/json.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
 
-// Meshes with more faces than this get fewer rounds.
-constexpr size_t kManyFaces = 2'000'000;
 constexpr uint64_t kUsualFaces = 1'000'000;
 constexpr uint32_t kPatchFaces[] = {4800, 1200, 440};
+constexpr uint32_t kMostMeshletFaces = 512;
+constexpr int kMostRoundsOfPaper = 2;
+
+// Points of one position are one, and no face repeats a point: what the encoder cuts.
+Mesh surface(uint64_t faces) {
+  return reduce(bench_mesh(faces, false), {.drop_degenerate = true}, ThreadPool()).mesh;
+}
 
 double ms_of(const std::function<void()>& work) {
   const Stopwatch watch;
@@ -35,7 +43,6 @@ double ms_of(const std::function<void()>& work) {
 struct Quality {
   uint32_t patches = 0, apart = 0, not_disks = 0;  // patches with several components; others that are not disks
   double replication = 0, balance = 0;
-  uint64_t references = 0;
 };
 
 // For a patch: whether its faces are connected by edges, and vertices - edges + faces.
@@ -102,8 +109,7 @@ Quality quality_of(const Mesh& mesh, const std::vector<uint32_t>& patch_of_face,
     for (const uint32_t point : points) used[point] = 1;
   }
   const auto points = static_cast<uint64_t>(std::count(used.begin(), used.end(), 1));
-  quality.references = copies - points;
-  quality.replication = static_cast<double>(quality.references) / static_cast<double>(points);
+  quality.replication = static_cast<double>(copies - points) / static_cast<double>(points);
   quality.balance = static_cast<double>(largest) * quality.patches / static_cast<double>(patch_of_face.size());
   return quality;
 }
@@ -163,59 +169,52 @@ std::vector<uint32_t> meshlets(const Mesh& mesh, size_t most_faces, double& ms) 
   return patch_of;
 }
 
-void print_row(const Mesh& mesh, const char* name, const std::vector<uint32_t>& patch_of,
-               const std::vector<double>& one_thread, const std::vector<double>& two_threads) {
-  const auto patch_count = *std::max_element(patch_of.begin(), patch_of.end()) + 1;
-  const Quality quality = quality_of(mesh, patch_of, patch_count);
-  const Sample sample = encode_sample(mesh, patch_count, 5, false, patch_of);
-  std::printf("  %-9s %7u %8.2f %% %10llu %8.3f %6u %9u %10zu %9.0f", name, quality.patches,
-              100 * quality.replication, static_cast<unsigned long long>(quality.references), quality.balance,
-              quality.apart, quality.not_disks, sample.container.size(), median(one_thread));
-  if (!two_threads.empty()) std::printf(" %9.0f", median(two_threads));
-  std::printf("\n");
-  std::fflush(stdout);
+Json contender(const Mesh& mesh, const std::vector<uint32_t>& patch_of,
+               const std::vector<double>& one_thread_ms, const std::vector<double>& two_threads_ms) {
+  const Quality quality = quality_of(mesh, patch_of, *std::max_element(patch_of.begin(), patch_of.end()) + 1);
+  return {{"patches", quality.patches},      {"replication", quality.replication},
+          {"balance", quality.balance},      {"apart", quality.apart},
+          {"not_disks", quality.not_disks},  {"one_thread_ms", one_thread_ms},
+          {"two_threads_ms", two_threads_ms}};
 }
 
-void compare(const Mesh& mesh) {
+void compare(const Mesh& mesh, int rounds) {
   const ThreadPool one(1), two(2);
-  const int rounds = mesh.faces.size() > kManyFaces ? 3 : 5;
-  std::vector<double> graph_ms[2];
-  FaceGraph graph;
-  for (int i = 0; i < rounds; ++i) {
-    graph_ms[0].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, one); }));
-    graph_ms[1].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, two); }));
-  }
-  MetisGraph for_metis = metis_graph(graph);
-  std::printf("%zu faces; graph %.0f ms on one thread, %.0f on two\n", mesh.faces.size(), median(graph_ms[0]),
-              median(graph_ms[1]));
-  std::printf(
-      "            patches replication references  balance  apart  no disks      bytes    1 thread   2 "
-      "threads\n");
+  MetisGraph for_metis = metis_graph(face_graph(mesh.faces, mesh.point_count, two));
   for (const uint32_t patch_faces : kPatchFaces) {
     const auto patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
-    PartitionOptions options;
-    options.patch_count = patch_count;
-    std::vector<uint32_t> ours, theirs;
-    std::vector<double> ours_ms[2], theirs_ms;
+    PartitionOptions options, paper;
+    options.patch_count = paper.patch_count = patch_count;
+    paper.method = PartitionMethod::kPaper;
+    paper.distance = PathDistance::kGeodesic;
+    std::vector<uint32_t> ours, theirs, papers;
+    const auto partition = [&](const PartitionOptions& how, const ThreadPool& pool) {
+      return partition_faces(mesh.faces, mesh.point_count, how, pool).patch_of_face;
+    };
+    std::vector<double> one_ms, two_ms, theirs_ms, papers_ms;
     for (int i = 0; i < rounds; ++i) {
       theirs_ms.push_back(ms_of([&] { theirs = metis(for_metis, patch_count); }));
-      for (const bool both : {false, true})
-        ours_ms[both].push_back(ms_of([&] {
-          ours = partition_faces(mesh.faces, mesh.point_count, options, both ? two : one).patch_of_face;
-        }));
+      one_ms.push_back(ms_of([&] { ours = partition(options, one); }));
+      two_ms.push_back(ms_of([&] { ours = partition(options, two); }));
+      if (i < kMostRoundsOfPaper) papers_ms.push_back(ms_of([&] { papers = partition(paper, two); }));
     }
-    std::printf("%u faces a patch\n", patch_faces);
-    print_row(mesh, "psplit", ours, ours_ms[0], ours_ms[1]);
-    print_row(mesh, "METIS", theirs, theirs_ms, {});
-    if (patch_faces > 512) continue;
-    double ms = 0;
-    const std::vector<uint32_t> patch_of = meshlets(mesh, patch_faces, ms);
-    print_row(mesh, "meshlets", patch_of, {ms}, {});
+    Json line{{"faces", mesh.faces.size()},
+              {"patch_faces", patch_faces},
+              {"psplit", contender(mesh, ours, one_ms, two_ms)},
+              {"METIS", contender(mesh, theirs, theirs_ms, {})},
+              {"paper", contender(mesh, papers, {}, papers_ms)}};
+    if (patch_faces <= kMostMeshletFaces) {
+      double ms = 0;
+      const std::vector<uint32_t> patch_of = meshlets(mesh, patch_faces, ms);
+      line["meshlets"] = contender(mesh, patch_of, {ms}, {});
+    }
+    std::printf("%s\n", line.dump().c_str());
+    std::fflush(stdout);
   }
 }
 
 const Mesh& usual_mesh() {
-  static const Mesh mesh = bench_mesh(kUsualFaces, false);
+  static const Mesh mesh = surface(kUsualFaces);
   return mesh;
 }
 
@@ -258,7 +257,7 @@ int main(int argc, char** argv) {
     benchmark::RunSpecifiedBenchmarks();
     return 0;
   }
-  if (argc < 2) psplit::compare(psplit::bench_mesh(psplit::kUsualFaces, false));
-  for (int i = 1; i < argc; ++i)
-    psplit::compare(psplit::bench_mesh(std::strtoull(argv[i], nullptr, 10), false));
+  if (argc < 2) return std::fprintf(stderr, "usage: partition_benchmark ROUNDS [FACES] | --benchmark_...\n"), 1;
+  const uint64_t faces = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : psplit::kUsualFaces;
+  psplit::compare(psplit::surface(faces), std::max(1, std::atoi(argv[1])));
 }

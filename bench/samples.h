@@ -177,15 +177,12 @@ inline std::vector<AttributeCoding> bench_codings(const Mesh& mesh) {
   return codings;
 }
 
-// Cuts the mesh, or takes the given patch of each face.
-inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed, bool condensed = false,
-                            std::span<const uint32_t> patch_of_face = {}) {
+inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed, bool condensed = false) {
   StreamOptions options;
   options.encode_speed = speed;
   options.patch_count = patch_count;
   options.verify = false;
   options.condense = condensed;
-  options.patch_of_face = patch_of_face;
   Expected<EncodedMesh> encoded = encode_mesh(mesh, bench_codings(mesh), options, ThreadPool());
   if (!encoded) give_up(encoded.status());
   Sample sample{std::move(encoded->pieces[0].bytes), std::move(encoded->requests), mesh.faces.size()};
