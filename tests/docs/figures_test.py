@@ -105,7 +105,7 @@ def faults_of_cells():
 def faults_of_citations(counts):
     number = r"(?<![\w.,-])-?\d[\d,]*(?:\.\d+)?(?![\w])"
     for paragraph in prose(benchmarks).split("\n\n"):
-        cited = set(re.findall(r"\]\((measured/[\w-]+\.md|[\w-]+-bytes\.md)", paragraph))
+        cited = set(re.findall(r"\]\((measured/[\w-]+\.md)", paragraph))
         if not cited or paragraph.startswith("|"):
             continue
         cells = [value(cell) for page in cited for cell in re.findall(number, text_of(f"docs/{page}"))]
