@@ -2,7 +2,7 @@
 //
 //   { name, stored, create() }    `stored`: in which coding the mesh is stored
 //   create() resolves to { run(primitive), memory? }, an instance of its own. run() may be asynchronous; memory() is the
-//   bytes of its WebAssembly memory, which never shrinks.
+//   bytes of its WebAssembly memory, of which psplit/draco gives back some when it is idle.
 //
 // A rival that npm does not have is a module that exports `name`, `code` (paths beside it) and decode(bytes, attributes), which
 // returns { indices, arrays }.
@@ -48,8 +48,6 @@ const by_interface = (name, create_module) => ({ name, stored: 'stock', async cr
   return { run: (primitive) => decode_by_interface(draco, primitive), memory: () => draco.HEAP8.length };
 } });
 
-const draco3d = (what) => by_interface(`draco3d ${what}`, () => require_module('draco3d').createDecoderModule({}));
-
 // draco3d's script is a classic one, inside a package of modules.
 const three_module = () => new Function('require', '__dirname',
   `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
@@ -84,7 +82,7 @@ export async function calling_thread(rival_files) {
   const of_files = (await rivals_of(rival_files)).map(({ name, decode }) => ({ name, stored: 'stock',
     create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) }));
   return [
-    draco3d('1.5.7'),
+    by_interface('draco3d 1.5.7', () => require_module('draco3d').createDecoderModule({})),
     by_interface('draco3d 1.5.9', () => require_module('draco3d-newest').createDecoderModule({})),
     by_interface("three's draco_decoder", three_module),
     ...of_files,
@@ -111,9 +109,9 @@ async function three_loader() {
   } };
 }
 
-const by_pool = (name, stored, workers, decode, shared = false) => ({ name, stored, async create() {
+const by_pool = (name, stored, workers, decode) => ({ name, stored, async create() {
   const { createPool } = await load(in_package('index.js'));
-  const pool = createPool({ workers, shared, idleMs: 1e6 });
+  const pool = createPool({ workers, shared: false, idleMs: 1e6 });
   return { run: ({ bytes, attributes }) => pool[decode](bytes, { attributes }), end: () => pool.dispose() };
 } });
 
@@ -125,11 +123,9 @@ export const in_workers = () => [
       attributeIDs: Object.fromEntries(attributes.map(({ name, uniqueId }) => [name, uniqueId])),
       attributeTypes: Object.fromEntries(attributes.map(({ name }) => [name, 'Float32Array'])), useUniqueIDs: true }) };
   } },
-  draco3d('no worker'),
   by_pool('psplit, one stream, 1 worker', 'stock', 1, 'decodeDraco'),
   by_pool('psplit, patches, 1 worker', 'patches', 1, 'decodeContainer'),
   by_pool('psplit, patches, 2 workers', 'patches', 2, 'decodeContainer'),
-  by_pool('psplit, patches, 2 workers, shared memory', 'patches', 2, 'decodeContainer', true),
   by_pool('psplit, condensed, 2 workers', 'condensed', 2, 'decodeContainer'),
 ];
 
@@ -153,4 +149,11 @@ export async function code_of_pages(rival_files) {
     ['psplit/babylon', [wasm, await code_of_page('babylon.js'), worker]],
     ['psplit/inline', files(package_folder, 'inline.js')],
   ];
+}
+
+/** The same of encoders. */
+export async function code_of_encoders() {
+  const of = (folder, script) => ['draco_encoder.wasm', script].map((name) => readFileSync(path.join(folder, name)));
+  return [['draco3d 1.5.7 (for Node.js)', of(in_modules('draco3d'), 'draco_encoder_nodejs.js')], ['psplit/draco', of(in_package('draco'), 'draco_encoder.js')],
+    ['psplit/encode', [readFileSync(in_package('psplit_encoder.wasm')), await code_of_page('encode.js')]]];
 }

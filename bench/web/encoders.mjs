@@ -1,22 +1,17 @@
-// Measures encoders of the web on the same meshes, in one process, in turn:
+// Measures encoders of the web on the same meshes, in one process, in turn:  node encoders.mjs ROUNDS FACES
 //
-//   node encoders.mjs ROUNDS FACES [GLB...]   the tables of docs/measured/web.md, as Markdown; also of plain assets
-//
-// Each encoder has an instance of its own for each mesh, and builds the mesh and encodes it in each round. Times are medians of
-// the rounds' CPU time, ratios medians of the rounds' ratios. The bytes have to be the same.
-import { readFileSync } from 'node:fs';
+// Prints a line of JSON for each mesh and speed, which scripts/web-bench makes a table of. psplit/draco has to write draco3d's bytes. At
+// speed 5, psplit/encode makes containers as well. Each encoder of streams has an instance of its own for each mesh, and builds the mesh
+// and encodes it in each round; an instance of psplit/encode lives for one mesh.
 import { createRequire } from 'node:module';
 import path from 'node:path';
-import { brotliCompressSync } from 'node:zlib';
-import { modules_folder, package_folder, stock } from '../../tests/web/load.mjs';
-import { code_of_page } from '../../tests/web/page_code.mjs';
 import { pathToFileURL } from 'node:url';
+import { package_folder, stock } from '../../tests/web/load.mjs';
 import { measured } from './cpu_time.mjs';
 
-const [rounds, faces] = process.argv.slice(2, 4).map(Number), assets = process.argv.slice(4), kWarmUpRounds = 1;
+const [rounds, faces] = process.argv.slice(2).map(Number), kWarmUpRounds = 1;
 const own = createRequire(import.meta.url)(path.join(package_folder, 'draco/draco_encoder.js'));
-const encoders = [['draco3d 1.5.7', stock.createEncoderModule], ['psplit/draco', own.createEncoderModule]];
-const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
+const { encodeMesh } = await import(pathToFileURL(path.join(package_folder, 'encode.js')));
 
 // A grid of size x size squares that is bent, with normals and texture coordinates.
 function grid(face_count, place) {
@@ -40,7 +35,7 @@ function grid(face_count, place) {
 const terrain = (u, v) => [u, 0.05 * Math.sin(21 * u + 3 * Math.sin(9 * v)) + 0.02 * Math.cos(50 * v + 7 * u) + 0.0005 * Math.sin(3000 * u * v), v];
 const shell = (u, v) => [Math.cos(6.2 * u) * (1 + 0.3 * Math.cos(6.2 * v)), Math.sin(6.2 * u) * (1 + 0.3 * Math.cos(6.2 * v)), 0.3 * Math.sin(6.2 * v) + 0.01 * Math.sin(90 * u)];
 const only = (mesh, count) => ({ ...mesh, attributes: mesh.attributes.slice(0, count) });
-const meshes = { small: grid(5000, shell), shell: only(grid(faces, shell), 1), 'shell with normals': only(grid(faces, shell), 2), terrain: grid(faces, terrain) };
+const meshes = { small: grid(5000, shell), shell: only(grid(faces, shell), 1), terrain: grid(faces, terrain) };
 
 function encode(draco, mesh, speed) {
   const encoder = new draco.Encoder(), builder = new draco.MeshBuilder(), to = new draco.Mesh(), out = new draco.DracoInt8Array();
@@ -59,70 +54,34 @@ function bytes_of(draco, out) {
   return bytes;
 }
 
-console.log('| mesh | speed | bytes | draco3d, CPU ms | psplit, CPU ms | times | draco3d, heap MiB | psplit, heap MiB | of draco3d |');
-console.log('|---|---:|---:|---:|---:|---:|---:|---:|---:|');
+// The attributes of psplit/encode.
+const kNames = { POSITION: 'POSITION', NORMAL: 'NORMAL', TEX_COORD: 'TEXCOORD_0' };
+const kContainers = { patches: {}, condensed: { condense: true } };
 for (const [name, mesh] of Object.entries(meshes))
-  for (const speed of [0, 3, 5, 7, 10]) {
-    const modules = [], times = [[], []], runs = Math.max(1, Math.round(50000 / (mesh.faces.length / 3)));
-    for (const [, create] of encoders) modules.push(await create({}));
-    let bytes;
-    for (let round = -kWarmUpRounds; round < rounds; ++round) {
-      const streams = [];
-      for (const [i, draco] of modules.entries()) {
+  for (const speed of name === 'terrain' ? [0, 5] : [5]) {
+    const modules = { draco3d: await stock.createEncoderModule({}), 'psplit/draco': await own.createEncoderModule({}) };
+    const ways = [...Object.keys(modules), ...(speed === 5 ? Object.keys(kContainers) : [])], ms = ways.map(() => []), bytes = {}, heap = {};
+    const given = { indices: mesh.faces, attributes: Object.fromEntries(mesh.attributes.map(([semantic, componentCount, array]) => [kNames[semantic], { array, componentCount }])) };
+    const runs = Math.max(1, Math.round(50000 / (mesh.faces.length / 3)));
+    for (let round = -kWarmUpRounds; round < rounds; ++round)
+      for (const [i, way] of ways.entries()) {
         let out;
-        const { all } = await measured(async () => {
+        const draco = modules[way], { all } = await measured(async () => {
           for (let left = runs; left > 0; --left) {
-            if (out !== undefined) draco.destroy(out);
-            out = encode(draco, mesh, speed);
+            if (draco === undefined) {
+              out = (await encodeMesh(given, kContainers[way])).container;
+            } else {
+              if (out !== undefined) draco.destroy(out);
+              out = encode(draco, mesh, speed);
+            }
           }
         });
-        if (round >= 0) times[i].push(all / runs);
-        streams.push(bytes_of(draco, out));
+        if (round >= 0) ms[i].push(all / runs);
+        // psplit/draco gives memory back.
+        if (draco !== undefined) heap[way] = Math.max(heap[way] ?? 0, draco.HEAPU8.length);
+        bytes[way] = draco === undefined ? out : bytes_of(draco, out);
       }
-      if (!streams[0].equals(streams[1])) throw new Error(`${name}, speed ${speed}: the streams differ`);
-      bytes = streams[0].length;
-    }
-    const heaps = modules.map(({ HEAPU8 }) => HEAPU8.length / 2 ** 20), ratio = median(times[0].map((time, i) => time / times[1][i]));
-    console.log(`| ${name}: ${(mesh.faces.length / 3).toLocaleString('en-US')} faces, ${mesh.attributes.map(([semantic]) => semantic).join(', ')} | ${speed} | ${
-      bytes.toLocaleString('en-US')} | ${times.map((of) => median(of).toFixed(1)).join(' | ')} | ${ratio.toFixed(2)} | ${
-      heaps.map((heap) => heap.toFixed(1)).join(' | ')} | ${(heaps[1] / heaps[0]).toFixed(2)} |`);
+    if (!bytes.draco3d.equals(bytes['psplit/draco'])) throw new Error(`${name}, speed ${speed}: the streams differ`);
+    console.log(JSON.stringify({ what: 'encoders', name, faces: mesh.faces.length / 3, attributes: mesh.attributes.map(([semantic]) => semantic), speed,
+      encoders: Object.fromEntries(ways.map((way, i) => [way, { ms: ms[i], bytes: bytes[way].length, heap: heap[way] }])) }));
   }
-
-// Containers: psplit/encode beside draco3d, which makes one stream. An instance of psplit/encode lives for one mesh.
-const { encodeMesh } = await import(pathToFileURL(path.join(package_folder, 'encode.js')));
-const { decodeGlb } = await import(pathToFileURL(path.join(package_folder, 'asset.js')));
-const kNames = { POSITION: 'POSITION', NORMAL: 'NORMAL', TEX_COORD: 'TEXCOORD_0' };
-const kWays = [['patches', {}], ['not verified', { verify: false }], ['condensed', { condense: true }]];
-const of_assets = await Promise.all(assets.map(async (file) => {
-  const { primitives: [{ indices, attributes, pointCount: points }] } = await decodeGlb(readFileSync(file));
-  const known = Object.entries(kNames).filter(([, name]) => name in attributes);
-  return [path.basename(file).replace(/\..*/, ''), { faces: Uint32Array.from(indices), points,
-    attributes: known.map(([semantic, name]) => [semantic, attributes[name].componentCount, attributes[name].array]) }];
-}));
-console.log(`\n| mesh | draco3d, bytes | CPU ms | ${kWays.map(([way]) => `${way}, bytes | CPU ms | times`).join(' | ')} |`);
-console.log(`|---|---:|---:|${kWays.map(() => '---:|---:|---:|').join('')}`);
-for (const [name, mesh] of [...Object.entries(meshes), ...of_assets]) {
-  const draco = await stock.createEncoderModule({}), times = [[], ...kWays.map(() => [])], bytes = [];
-  const given = { indices: mesh.faces, attributes: Object.fromEntries(mesh.attributes.map(([semantic, componentCount, array]) =>
-    [kNames[semantic], { array, componentCount }])) };
-  for (let round = -kWarmUpRounds; round < rounds; ++round)
-    for (const [i, way] of [undefined, ...kWays].entries()) {
-      let out;
-      const { all } = await measured(async () => { out = way === undefined ? encode(draco, mesh, 5) : await encodeMesh(given, way[1]); });
-      if (round >= 0) times[i].push(all);
-      bytes[i] = way === undefined ? bytes_of(draco, out).length : out.container.length;
-    }
-  const ratio = (i) => median(times[0].map((time, round) => time / times[i][round])).toFixed(2);
-  console.log(`| ${name}: ${(mesh.faces.length / 3).toLocaleString('en-US')} faces, ${mesh.attributes.map(([semantic]) => semantic).join(', ')} | ${
-    bytes.map((count, i) => `${count.toLocaleString('en-US')} | ${median(times[i]).toFixed(0)}${i > 0 ? ` | ${ratio(i)}` : ''}`).join(' | ')} |`);
-}
-
-console.log('\n| encoder | module, bytes | module, brotli | script, brotli |\n|---|---:|---:|---:|');
-const of_draco3d = path.join(modules_folder, 'node_modules/draco3d'), of_psplit = path.join(package_folder, 'draco');
-for (const [name, folder, script] of [['draco3d 1.5.7 (for Node.js)', of_draco3d, 'draco_encoder_nodejs.js'], ['psplit/draco', of_psplit, 'draco_encoder.js']]) {
-  const read = (file) => readFileSync(path.join(folder, file)), brotli = (file) => brotliCompressSync(read(file)).length.toLocaleString('en-US');
-  console.log(`| ${name} | ${read('draco_encoder.wasm').length.toLocaleString('en-US')} | ${brotli('draco_encoder.wasm')} | ${brotli(script)} |`);
-}
-const encoder = readFileSync(path.join(package_folder, 'psplit_encoder.wasm'));
-console.log(`| psplit/encode | ${encoder.length.toLocaleString('en-US')} | ${brotliCompressSync(encoder).length.toLocaleString('en-US')} | ${
-  brotliCompressSync(await code_of_page('encode.js')).length.toLocaleString('en-US')}, minified |`);

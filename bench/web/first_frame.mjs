@@ -4,7 +4,7 @@
 //
 // Each page loads and draws the same file twice. At the first time, the page has its scripts, but decoders, workers and shaders are loaded,
 // started and compiled as the loader asks for them; decoders come at full speed. At the second time all that is there. Files are sent as
-// they are. The processor computes WebGL.
+// they are. The processor computes WebGL. Prints a line of JSON for each asset and speed, which scripts/web-bench makes a table of.
 import { readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { close_browser, open_page } from '../../tests/web/browser.mjs';
@@ -12,10 +12,9 @@ import { serve } from './slow_line.mjs';
 
 // The name of a file, what made it, and whether psplit's loadStreaming loads it.
 const kWays = [['gltfpack', 'gltfpack -cz', false], ['default', 'encode', false], ['meshopt', 'encode --meshopt', false],
-  ['condensed', 'encode --condense --meshopt', false], ['condensed', 'encode --condense --meshopt, loadStreaming', true],
-  ['smallest', 'encode --profile size --condense --meshopt', false]];
+  ['condensed', 'encode --condense --meshopt', false], ['condensed', 'encode --condense --meshopt, loadStreaming', true]];
 
-// In the page: for both times milliseconds until the asset is loaded, and until it is drawn; and how many pixels it has.
+// In the page: for both times milliseconds until the asset is loaded, and until it is drawn.
 async function draw(url, is_streaming) {
   const { AmbientLight, Box3, PerspectiveCamera, Scene, Vector3, WebGLRenderer } = await import('three');
   const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js'), loader = new GLTFLoader();
@@ -49,7 +48,7 @@ async function draw(url, is_streaming) {
     times[`${time}_loaded`] = performance.now() - begin;
     const pixels = draw_model(model);
     times[`${time}_drawn`] = performance.now() - begin;
-    times.pixels = pixels.reduce((count, value, i) => count + (i % 4 === 0 && value > 0 ? 1 : 0), 0);
+    if (!pixels.some((value, i) => i % 4 === 0 && value > 0)) throw new Error(`${url}: nothing is drawn`);
     scene.remove(model);
   }
   return times;
@@ -70,15 +69,7 @@ for (const name of readdirSync(folder).filter((file) => file.endsWith('.gltfpack
         await close_page();
       }
     close();
-    console.log(`### ${name}, at ${mbits} Mbit/s\n\n| made by | bytes | loaded, ms | drawn, ms | drawn, of gltfpack's | first loaded, ms | first drawn, ms | first drawn, of gltfpack's | pixels |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|`);
-    // The least of all rounds: what else runs on the machine only adds to it.
-    const least = (i, key) => Math.min(...results[i].map((result) => result[key]));
-    for (const [i, [way, made_by]] of kWays.entries()) {
-      const ratio = (key) => (least(i, key) / least(0, key)).toFixed(2);
-      const cells = ['second', 'first'].flatMap((time) => [least(i, `${time}_loaded`).toFixed(0), least(i, `${time}_drawn`).toFixed(0), ratio(`${time}_drawn`)]);
-      cells.push(least(i, 'pixels'));
-      console.log(`| ${[made_by, files[`/${way}.glb`].length.toLocaleString('en-US'), ...cells].join(' | ')} |`);
-    }
-    console.log();
+    console.log(JSON.stringify({ what: 'character', name, mbits, ways: Object.fromEntries(kWays.map(([way, made_by], i) => [made_by,
+      { bytes: files[`/${way}.glb`].length, ...Object.fromEntries(Object.keys(results[i][0]).map((key) => [key, results[i].map((result) => result[key])])) }])) }));
   }
 await close_browser();

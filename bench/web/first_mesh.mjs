@@ -4,7 +4,7 @@
 import { copyFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
-import { close_browser, open_page, start_site } from '../../tests/web/browser.mjs';
+import { open_page, start_site } from '../../tests/web/browser.mjs';
 import { modules_folder, package_folder, root } from '../../tests/web/load.mjs';
 
 // Both run in the page. They return the number of faces.
@@ -57,18 +57,18 @@ function bundle() {
 
 /**
  * Measures in turn, `rounds` times.
- * @param {{ stream: Uint8Array, container?: Uint8Array, attributes?: object[] }} mesh a Draco stream of floats, and the
+ * @param {{ stream: Uint8Array, container: Uint8Array, attributes: object[] }} mesh a Draco stream of floats, and the
  *   container of the same mesh with the attributes to ask for
- * @returns {Promise<{name: string, ms: number}[]>} medians
+ * @returns {Promise<Object<string, number[]>>} the milliseconds of each round, by decoder
  */
-export async function first_mesh({ stream, container, attributes }, rounds = 5) {
+export async function first_mesh({ stream, container, attributes }, rounds) {
   const draco = '/modules/three/examples/jsm/libs/draco/gltf/', bundled = { folder: bundle() };
   const ways = [
-    { name: "draco3d (three's)", bytes: stream, script: by_draco3d, argument: { folder: draco } },
+    { name: "three's draco_decoder", bytes: stream, script: by_draco3d, argument: { folder: draco } },
     { name: 'psplit/draco', bytes: stream, script: by_draco3d, argument: { folder: '/psplit/draco/' } },
-    { name: 'decodeDraco', bytes: stream, script: by_package, argument: { pool: 0 } },
-    ...(container === undefined ? [] : [0, 1, 2].map((pool) => ({ name: `decodeContainer, ${pool === 0 ? 'no' : pool} workers`,
-      bytes: container, script: by_package, argument: { pool, attributes } }))),
+    { name: 'psplit, one stream', bytes: stream, script: by_package, argument: { pool: 0 } },
+    ...[0, 1, 2].map((pool) => ({ name: `psplit, patches${['', ', 1 worker', ', 2 workers'][pool]}`,
+      bytes: container, script: by_package, argument: { pool, attributes } })),
   ].map((way) => ({ ...way, times: [] }));
   for (let round = 0; round < rounds; ++round)
     for (const { bytes, script, argument, times } of ways) {
@@ -78,6 +78,5 @@ export async function first_mesh({ stream, container, attributes }, rounds = 5) 
       await close();
       site.close();
     }
-  await close_browser();
-  return ways.map(({ name, times }) => ({ name, ms: times.sort((a, b) => a - b)[rounds >> 1] }));
+  return Object.fromEntries(ways.map(({ name, times }) => [name, times]));
 }

@@ -1,6 +1,5 @@
-// The meshes of bench.mjs: the largest primitive of an asset, in each coding.
-import { execFileSync } from 'node:child_process';
-import { existsSync, readdirSync } from 'node:fs';
+// The meshes of bench.mjs: the primitives of an asset, in each coding.
+import { readdirSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { brotliCompressSync } from 'node:zlib';
@@ -8,25 +7,25 @@ import { compressed_primitives, modules_folder, read_asset } from '../../tests/w
 
 const kExtensions = { stock: 'KHR_draco_mesh_compression', patches: 'PSPLIT_mesh_draco_patches',
   condensed: 'PSPLIT_mesh_draco_patches' };
-const largest = (primitives) => primitives.toSorted((a, b) => b.bytes.length - a.bytes.length)[0];
 
-/** The names of a folder's meshes, each with the files NAME.plain.glb, NAME.stock.glb and so on. */
-export const names_in = (folder) => readdirSync(folder).filter((file) => file.endsWith('.stock.glb'))
-  .map((file) => file.slice(0, -10)).filter((name) => Object.keys(kExtensions).every((stored) => existsSync(path.join(folder, `${name}.${stored}.glb`))));
+/** The names of a folder's meshes, each with the file NAME.stock.glb, and others. */
+export const names_in = (folder) => readdirSync(folder).filter((file) => file.endsWith('.stock.glb')).map((file) => file.slice(0, -'.stock.glb'.length)).sort();
 
-/** A mesh in one coding: what a decoder of that coding is given. */
-export async function read_primitive(folder, name, stored) {
-  const compressed = (kind) => largest(compressed_primitives(path.join(folder, `${name}.${kind}.glb`), kExtensions[kind]));
+/** A mesh in one coding: what a decoder of that coding is given, for each primitive. In meshoptimizer's, a mesh is one primitive. */
+export async function read_primitives(folder, name, stored) {
+  const compressed = (kind) => compressed_primitives(path.join(folder, `${name}.${kind}.glb`), kExtensions[kind]);
   if (stored !== 'meshopt') return compressed(stored);
-  return encoded_by_meshoptimizer(path.join(folder, `${name}.plain.glb`),
-    compressed('stock').attributes.map((attribute) => attribute.name));
+  return [await encoded_by_meshoptimizer(path.join(folder, `${name}.plain.glb`), compressed('stock')[0].attributes.map((attribute) => attribute.name))];
 }
 
-/** A mesh in all codings, with `faces` and the names of its `attributes`. */
-export async function read_mesh(folder, name) {
-  const mesh = {};
-  for (const stored of [...Object.keys(kExtensions), 'meshopt']) mesh[stored] = await read_primitive(folder, name, stored);
-  return { ...mesh, faces: mesh.meshopt.index_count / 3, attributes: mesh.stock.attributes.map((attribute) => attribute.name) };
+/** A mesh in some codings: `primitives` and `bytes` by coding. meshoptimizer's bytes are those in brotli. */
+export async function read_mesh(folder, name, codings) {
+  const primitives = {}, bytes = {};
+  for (const stored of new Set(codings)) {
+    primitives[stored] = await read_primitives(folder, name, stored);
+    bytes[stored] = primitives[stored].reduce((sum, primitive) => sum + (primitive.brotli_bytes ?? primitive.bytes.length), 0);
+  }
+  return { primitives, bytes };
 }
 
 const kArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
@@ -41,8 +40,8 @@ async function encoded_by_meshoptimizer(plain, names) {
     path.join(modules_folder, 'node_modules/meshoptimizer/meshopt_encoder.js')));
   await MeshoptEncoder.ready;
   const { json, view_bytes } = read_asset(plain);
-  const index_count = (primitive) => json.accessors[primitive.indices]?.count ?? 0;
-  const primitive = json.meshes.flatMap(({ primitives }) => primitives).toSorted((a, b) => index_count(b) - index_count(a))[0];
+  const [primitive, ...more] = json.meshes.flatMap(({ primitives }) => primitives);
+  if (more.length > 0) throw new Error(`${plain}: one primitive is read`);
   const values_of = (accessor) => {
     const { bufferView, byteOffset = 0, count, type, componentType } = json.accessors[accessor];
     if (json.bufferViews[bufferView].byteStride !== undefined) throw new Error(`${plain}: interleaved accessors are not read`);
@@ -61,9 +60,8 @@ async function encoded_by_meshoptimizer(plain, names) {
     indices: MeshoptEncoder.encodeGltfBuffer(new Uint8Array(indices.buffer), indices.length, 4, 'TRIANGLES'),
     streams: streams.map((stream) => ({ stride: stream.stride, filter: stream.filter,
       bytes: MeshoptEncoder.encodeVertexBufferLevel(moved(stream), point_count, stream.stride, kHighestLevel, kCodec) })) };
-  result.bytes = Buffer.concat([result.indices, ...result.streams.map(({ bytes }) => bytes)]);
-  result.zstd_bytes = execFileSync('zstd', ['-19', '--no-check', '-cq'], { input: result.bytes, maxBuffer: 2 ** 30 }).length;
-  result.brotli_bytes = brotliCompressSync(result.bytes).length;  // at its highest quality
+  // At its highest quality.
+  result.brotli_bytes = brotliCompressSync(Buffer.concat([result.indices, ...result.streams.map(({ bytes }) => bytes)])).length;
   return result;
 }
 

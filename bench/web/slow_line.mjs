@@ -51,5 +51,3 @@ export async function serve(files, mbits, brotli = []) {
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   return { origin: `http://127.0.0.1:${server.address().port}`, close: () => server.close() && server.closeAllConnections() };
 }
-
-export const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];

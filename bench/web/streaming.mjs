@@ -1,7 +1,9 @@
 // How soon a page shows an asset that arrives slowly: from the begin of the load until the first triangles are in three's scene,
-// until half of them, and until all:
+// and until all of them are:
 //
 //   node streaming.mjs FOLDER ROUNDS MBITS...   FOLDER has assets as NAME.plain.glb, .stock.glb, .patches.glb, .condensed.glb
+//
+// Prints a line of JSON for each asset and speed, which scripts/web-bench makes a table of.
 //
 // A server of this process sends everything that a page asks for, at MBITS Mbit/s in total. The loaders are three's GLTFLoader with
 // DRACOLoader, with meshopt_decoder, with PsplitPlugin, and psplit's loadStreaming. Each load is in a page of its own. The code
@@ -14,7 +16,7 @@ import { pathToFileURL } from 'node:url';
 import { brotliCompressSync } from 'node:zlib';
 import { close_browser, open_page } from '../../tests/web/browser.mjs';
 import { modules_folder } from '../../tests/web/load.mjs';
-import { median, serve } from './slow_line.mjs';
+import { serve } from './slow_line.mjs';
 
 const in_modules = (name) => import(pathToFileURL(path.join(modules_folder, 'node_modules', name)));
 async function make_meshopt(plain, out) {
@@ -46,7 +48,6 @@ async function load(kind, url) {
   let scene = null, total = 0;
   const see = (count, time = performance.now() - begin) => {
     if (count > 0) at.first ??= time;
-    if (count >= total / 2) at.half ??= time;
     if (count >= total) at.all ??= time;
   };
   const triangles = (object) => {
@@ -101,16 +102,8 @@ for (const name of names) {
         await close_page();
       }
     close();
-    const of = (i, key) => median(results[i].map((times) => times[key]));
-    console.log(`### ${name}: ${of(0, 'total').toLocaleString('en-US')} faces, at ${mbits} Mbit/s\n`);
-    console.log('| loader | bytes | first triangles, ms | half | all | first, of DRACOLoader | all, of DRACOLoader |');
-    console.log('|---|---:|---:|---:|---:|---:|---:|');
-    for (const [i, [way, coding]] of kWays.entries()) {
-      const cells = [...['first', 'half', 'all'].map((key) => of(i, key).toFixed(0)),
-        ...['first', 'all'].map((key) => median(results[i].map((times, round) => times[key] / results[0][round].all)).toFixed(2))];
-      console.log(`| ${[way, files[`/${coding}.glb`].length.toLocaleString('en-US'), ...cells].join(' | ')} |`);
-    }
-    console.log();
+    console.log(JSON.stringify({ what: 'streaming', name, mbits, faces: results[0][0].total,
+      loaders: Object.fromEntries(kWays.map(([way, coding], i) => [way, { bytes: files[`/${coding}.glb`].length, first: results[i].map(({ first }) => first), all: results[i].map(({ all }) => all) }])) }));
   }
 }
 await close_browser();

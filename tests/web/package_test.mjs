@@ -97,7 +97,7 @@ test("docs/web.md's table has these sizes, up to 1 %", async () => {
   const near = (stated, parts, size) => Math.abs(Number(stated.replaceAll(',', '')) / parts.reduce((sum, part) => sum + size(part), 0) - 1) < 0.01;
   for (const [name, parts] of Object.entries(rows)) {
     const [, bytes, packed] = page.match(new RegExp(`^\\| ${name} \\| ([\\d,]+) \\| ([\\d,]+) \\|$`, 'm')) ?? assert.fail(name);
-    assert.ok(near(bytes, parts, (part) => part.length) && near(packed, parts, brotli), `${name}: scripts/web-bench --only code prints the table`);
+    assert.ok(near(bytes, parts, (part) => part.length) && near(packed, parts, brotli), `${name}: scripts/web-bench --sizes prints the table`);
   }
 });
 

@@ -1,0 +1,206 @@
+"""What scripts/web-bench makes of the lines of JSON that the programs of bench/web print.
+
+Samples are milliseconds, one of each round. In a round all decoders took turns, so a ratio is the median of the rounds' ratios.
+"""
+import statistics
+
+from benchmarks.pages import page, rows_by_subject, table
+from benchmarks.ratios import spread_of
+from benchmarks.rivals import mean
+
+kMebibyte = 2 ** 20
+kDraco, kThree, kMeshopt = "draco3d 1.5.7", "three's draco_decoder", "meshopt_decoder"
+kDropIn, kStream, kPatches = "psplit/draco", "psplit, one stream", "psplit, patches"
+kLoader, kTwoWorkers = "three's DRACOLoader, 1 worker", "psplit, patches, 2 workers"
+
+
+def times(rival, ours):
+    """How many times as fast as the rival."""
+    return statistics.median(a / b for a, b in zip(rival, ours))
+
+
+def share(ours, rival):
+    return times(ours, rival)
+
+
+def between(values, digits=2):
+    """"1.20 to 3.40", or "1.20" if these are equal."""
+    low, high = (f"{value:.{digits}f}" for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def ms(samples):
+    middle = statistics.median(samples)
+    return f"{middle:,.0f}" if middle >= 10 else f"{middle:.1f}"
+
+
+def find(lines, what, name=None):
+    return [line for line in lines if line["what"] == what and name in (None, line["name"])]
+
+
+def named(decoders, begin):
+    """The full name, with a version."""
+    return next(name for name in decoders if name.startswith(begin))
+
+
+def cost(decoder):
+    """CPU time of the page's thread, and of the busiest worker."""
+    return [sum(both) for both in zip(decoder["main"], decoder["busiest"])]
+
+
+def first_mesh_cells(lines, name):
+    return [ms(line["ms"][name]) if name in line["ms"] else "" for line in find(lines, "page")]
+
+
+def thread_table(lines):
+    assets, meshes, last = find(lines, "asset"), find(lines, "thread"), find(lines, "thread")[-1]
+    head = ["decoder", "assets, mean", "least", *(line["name"] for line in meshes), f"bytes of {last['name']}", f"heap of {last['name']}, MiB",
+            *(f"first mesh: {line['name']}, ms" for line in find(lines, "page"))]
+    rows = []
+    for name, of in last["decoders"].items():
+        ratios = [times(line["decoders"][kDraco]["main"], line["decoders"][name]["main"]) for line in assets if name in line["decoders"]]
+        rows.append([name, *([f"{mean(ratios):.2f}", f"{min(ratios):.2f}"] if ratios else ["", ""]),
+                     *(f"{times(line['decoders'][kDraco]['main'], line['decoders'][name]['main']):.2f}" for line in meshes), f"{of['bytes']:,}",
+                     f"{of['heap'] / kMebibyte:.1f}" if "heap" in of else "", *first_mesh_cells(lines, name)])
+    return table(head, rows)
+
+
+def workers_table(lines):
+    meshes, rows = find(lines, "workers"), []
+    for name in meshes[0]["decoders"]:
+        cells = []
+        for line in meshes:
+            of = line["decoders"][name]
+            ratio = times(cost(line["decoders"][kLoader]), cost(of))
+            cells.append(f"{statistics.median(of['main']):.1f} + {statistics.median(of['busiest']):.1f} ({ratio:.2f})")
+        rows.append([name, *cells, *first_mesh_cells(lines, name)])
+    return table(["page's thread + busiest worker, ms", *(line["name"] for line in meshes), *(f"first mesh: {line['name']}, ms" for line in find(lines, "page"))], rows)
+
+
+def encoders_table(lines):
+    rows = []
+    for line in find(lines, "encoders"):
+        draco, ours = line["encoders"]["draco3d"], line["encoders"][kDropIn]
+        containers = [cell for way in ("patches", "condensed") if way in line["encoders"] for of in [line["encoders"][way]]
+                      for cell in (f"{share(of['ms'], draco['ms']):.1f}", f"{of['bytes'] / draco['bytes']:.2f}")] or [""] * 4
+        rows.append([f"{line['name']}: {line['faces']:,}, {' '.join(semantic[0] for semantic in line['attributes'])}", line["speed"], ms(draco["ms"]),
+                     f"{times(draco['ms'], ours['ms']):.2f}", f"{ours['heap'] / draco['heap']:.2f}", *containers])
+    return table(["mesh, faces, attributes", "speed", "draco3d, CPU ms", "psplit/draco, times as fast", "its heap", "encodeMesh, time", "bytes", "condensed, time", "bytes"], rows)
+
+
+def findings(lines):
+    assets, meshes, workers, encoders = (find(lines, what) for what in ("asset", "thread", "workers", "encoders"))
+    last = meshes[-1]["decoders"]
+    meshopt = named(last, kMeshopt)
+    large = [line["decoders"] for line in meshes if line["name"] != "small"]
+    of_assets = {name: [times(line["decoders"][kDraco]["main"], line["decoders"][name]["main"]) for line in assets] for name in (kDropIn, kStream)}
+    faster = lambda name: between([times(of[kDraco]["main"], of[name]["main"]) for of in large])
+    containers = [share(line["encoders"]["patches"]["ms"], line["encoders"]["draco3d"]["ms"]) for line in encoders if line["speed"] == 5]
+    return [f"On one thread {meshopt} decodes large meshes {faster(meshopt)} times as fast as {kDraco}, and psplit's patches {faster(kPatches)} times; its bytes in "
+            f"brotli are {last[meshopt]['bytes'] / last[kPatches]['bytes']:.2f} times those of patches.",
+            f"Stock streams of {len(assets)} assets decode {mean(of_assets[kDropIn]):.2f} times as fast as with {kDraco} by psplit/draco, and "
+            f"{mean(of_assets[kStream]):.2f} times by `decodeDraco`, at least {min(map(min, of_assets.values())):.2f} times.",
+            "Two workers decode patches "
+            f"{between([times(cost(line['decoders'][kLoader]), cost(line['decoders'][kTwoWorkers])) for line in workers])} times as fast as three's DRACOLoader in one.",
+            f"psplit/draco encodes {between([times(line['encoders']['draco3d']['ms'], line['encoders'][kDropIn]['ms']) for line in encoders])} times as fast as draco3d, in "
+            f"{between([line['encoders'][kDropIn]['heap'] / line['encoders']['draco3d']['heap'] for line in encoders])} of its heap; `encodeMesh` takes "
+            f"{between(containers, 1)} times as long as one stream by draco3d."]
+
+
+def spreads(lines):
+    decoders = [(name, of["main"]) for what in ("asset", "thread", "workers") for line in find(lines, what) for name, of in line["decoders"].items()]
+    encoders = [(f"psplit, {name}", of["ms"]) for line in find(lines, "encoders") for name, of in line["encoders"].items() if name != "draco3d"]
+    return [spread_of(samples) for name, samples in decoders + encoders if name.startswith("psplit")]
+
+
+def web_page(lines, rounds, versions, **how):
+    """docs/measured/web.md. `versions`: of node, three and so on, a sentence."""
+    faces = find(lines, "encoders")[-1]["faces"]
+    text = [f"{versions} All decode the same meshes, in turn. Numbers without a unit are CPU time of {kDraco} over the decoder's, medians of {rounds}",
+            "rounds; those in brackets are of the page's thread and the busiest worker together, over three's DRACOLoader. Assets are those of the command,",
+            f"each primitive in one stream of speed 5. *small* has 5,000 faces, *terrain* {faces:,}, both with normals and texture coordinates, *blob* as many",
+            "with positions only. meshopt_decoder has version 1 of its codec; its bytes are in brotli, whose decoding is not measured. *First mesh*: wall time in",
+            "Chromium from the begin of a page until the arrays are there, with loading and compiling.", ""]
+    sections = [*text, *thread_table(lines), "", *workers_table(lines), "",
+                "psplit/draco writes draco3d's bytes; `encodeMesh` cuts, and decodes what it wrote. Heaps, times and bytes are over draco3d's. P are positions of 14",
+                "bits, N normals of 10, T texture coordinates of 12.", "", *encoders_table(lines)]
+    return page("The npm package beside other decoders", findings(lines), sections, spreads(lines), **how)
+
+
+# ---- While a file arrives ----
+
+kStreaming, kCharacter = "loadStreaming", "encode --condense --meshopt, loadStreaming"
+
+
+def streaming_rows(lines):
+    """By asset: a row for each loader, with the cells of each line speed."""
+    rows = {}
+    for asset in dict.fromkeys(line["name"] for line in find(lines, "streaming")):
+        of_asset = find(lines, "streaming", asset)
+        for name, of in of_asset[0]["loaders"].items():
+            cells = []
+            for line in of_asset:
+                draco = next(iter(line["loaders"].values()))["all"]
+                for key in ("first", "all"):
+                    samples = line["loaders"][name][key]
+                    cells.append(f"{ms(samples)} ({share(samples, draco):.2f})")
+            rows.setdefault(f"{asset}, {of_asset[0]['faces']:,} faces", []).append([name, f"{of['bytes']:,}", *cells])
+    return rows
+
+
+def character_rows(line):
+    """Least times: what else runs only adds to them."""
+    rows, of_first = [], next(iter(line["ways"].values()))
+    for name, of in line["ways"].items():
+        cells = [cell for time in ("second", "first") for cell in (f"{min(of[f'{time}_loaded']):,.0f}",
+                 f"{min(of[f'{time}_drawn']):,.0f} ({min(of[f'{time}_drawn']) / min(of_first[f'{time}_drawn']):.2f})")]
+        rows.append([name, f"{of['bytes']:,}", *cells])
+    return rows
+
+
+def streaming_findings(lines):
+    sentences = []
+    for line in find(lines, "streaming"):
+        draco, loaders = next(iter(line["loaders"].values()))["all"], line["loaders"]
+        of = lambda name, key: f"{share(loaders[name][key], draco):.2f}"
+        rival = named(loaders, "meshoptimizer")
+        is_sooner = statistics.median(loaders[rival]["all"]) < statistics.median(loaders[kStreaming]["first"])
+        text = f"At {line['mbits']} Mbit/s `loadStreaming` shows the first triangles of {line['name']} in {of(kStreaming, 'first')} of the time of three's DRACOLoader, and all in {of(kStreaming, 'all')}"
+        sentences.append((not is_sooner, text + (f"; meshoptimizer's file is there sooner, in {of(rival, 'all')}." if is_sooner else ".")))
+    for line in find(lines, "character"):
+        rows = {row[0]: row for row in character_rows(line)}
+        gltfpack = next(iter(rows))
+        drawn = {name: row[3].split("(")[1].rstrip(")") for name, row in rows.items()}
+        plain = kCharacter.removesuffix(", loadStreaming")
+        sentences.append((True, f"{line['name']}, by `{plain}`, is drawn in {drawn[plain]} of the time of {gltfpack}'s file, and with `loadStreaming` in {drawn[kCharacter]}."))
+    # First those in which the rival wins.
+    return [text for _, text in sorted(sentences, key=lambda both: both[0])]
+
+
+def streaming_spreads(lines):
+    return [spread_of(of[key]) for line in find(lines, "streaming") for name, of in line["loaders"].items() if "oad" in name or "Psplit" in name for key in ("first", "all")]
+
+
+def streaming_page(lines, rounds, versions, **how):
+    """docs/measured/streaming.md."""
+    speeds = dict.fromkeys(line["mbits"] for line in find(lines, "streaming"))
+    head = ["asset", "loader", "bytes", *(f"{when} at {mbits} Mbit/s, ms" for mbits in speeds for when in ("first triangles", "all"))]
+    sections = [f"{versions} A server on the same machine sends what a page asks for, at this many Mbit/s together. Times begin with the load, and end when",
+                f"triangles are in the scene, medians of {rounds} rounds; each load has a page of its own, whose code and decoders are there before. In brackets:",
+                "over all triangles of DRACOLoader. meshoptimizer's file is glTF-Transform's (`meshopt`, level high, as many bits), sent in brotli. GLTFLoader",
+                "hands out a scene when each mesh has begun and its textures are there, so an asset whose textures are at its end is shown late.", "",
+                *table(head, rows_by_subject(streaming_rows(lines)), 2)]
+    for line in find(lines, "character"):
+        sections += ["", "## A character on a page", "",
+                     f"{line['name']}, images removed, at {line['mbits']} Mbit/s. *Loaded*: the loader has the scene; *drawn*: its picture is there. Each page loads and draws the file",
+                     "twice; the *first* time loads and compiles decoders, workers and shaders, too. Least times; in brackets: of the first row's. The plugin decodes",
+                     "when the file is whole, `loadStreaming` while it arrives.", "",
+                     *table(["made by", "bytes", "loaded, ms", "drawn, ms", "first loaded, ms", "first drawn, ms"], character_rows(line))]
+    return page("While a file arrives", streaming_findings(lines), sections, streaming_spreads(lines), **how)
+
+
+# ---- Sizes, for docs/web.md ----
+
+def size_tables(line):
+    return [*table(["decoder", "bytes", "brotli"], [[name, f"{size:,}", f"{packed:,}"] for name, size, packed in line["decoders"]]), "",
+            *table(["encoder", "bytes", "brotli"], [[name, f"{size:,}", f"{packed:,}"] for name, size, packed in line["encoders"]])]
