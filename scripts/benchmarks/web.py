@@ -4,7 +4,7 @@ Samples are milliseconds, one of each round. In a round all decoders took turns,
 """
 import statistics
 
-from benchmarks.pages import page, rows_by_subject, table
+from benchmarks.pages import join, page, rows_by_subject, table
 from benchmarks.ratios import spread_of
 from benchmarks.rivals import mean
 
@@ -159,22 +159,26 @@ def character_rows(line):
 
 
 def streaming_findings(lines):
-    sentences = []
-    for line in find(lines, "streaming"):
-        draco, loaders = next(iter(line["loaders"].values()))["all"], line["loaders"]
-        of = lambda name, key: f"{share(loaders[name][key], draco):.2f}"
-        rival = named(loaders, "meshoptimizer")
-        is_sooner = statistics.median(loaders[rival]["all"]) < statistics.median(loaders[kStreaming]["first"])
-        text = f"At {line['mbits']} Mbit/s `loadStreaming` shows the first triangles of {line['name']} in {of(kStreaming, 'first')} of the time of three's DRACOLoader, and all in {of(kStreaming, 'all')}"
-        sentences.append((not is_sooner, text + (f"; meshoptimizer's file is there sooner, in {of(rival, 'all')}." if is_sooner else ".")))
+    """First what the rivals win."""
+    losses, gains = [], []
+    for asset in dict.fromkeys(line["name"] for line in find(lines, "streaming")):
+        shares, sooner = [], []
+        for line in find(lines, "streaming", asset):
+            loaders, draco = line["loaders"], next(iter(line["loaders"].values()))["all"]
+            ours, rival = loaders[kStreaming], loaders[named(loaders, "meshoptimizer")]
+            shares.append(f"{share(ours['first'], draco):.2f} and {share(ours['all'], draco):.2f} at {line['mbits']} Mbit/s")
+            if share(rival["all"], ours["first"]) < 1:
+                sooner.append(f"{share(rival['all'], ours['first']):.2f} (at {line['mbits']} Mbit/s)")
+        if sooner:
+            losses.append(f"meshoptimizer's file of {asset} is shown sooner than the first triangles by `loadStreaming`: in {join(sooner)} of their time.")
+        gains.append(f"`loadStreaming` shows the first triangles of {asset}, and all, in this share of the time of three's DRACOLoader: {join(shares)}.")
     for line in find(lines, "character"):
-        rows = {row[0]: row for row in character_rows(line)}
-        gltfpack = next(iter(rows))
-        drawn = {name: row[3].split("(")[1].rstrip(")") for name, row in rows.items()}
-        plain = kCharacter.removesuffix(", loadStreaming")
-        sentences.append((True, f"{line['name']}, by `{plain}`, is drawn in {drawn[plain]} of the time of {gltfpack}'s file, and with `loadStreaming` in {drawn[kCharacter]}."))
-    # First those in which the rival wins.
-    return [text for _, text in sorted(sentences, key=lambda both: both[0])]
+        least = {name: min(of["second_drawn"]) for name, of in line["ways"].items()}
+        gltfpack, plain = next(iter(least)), kCharacter.removesuffix(", loadStreaming")
+        is_lost = least[gltfpack] < max(least[plain], least[kCharacter])
+        (losses if is_lost else gains).append(f"{line['name']}, by `{plain}`, is drawn in {least[plain] / least[gltfpack]:.2f} of the time of {gltfpack}'s file, and with "
+                                              f"`loadStreaming` in {least[kCharacter] / least[gltfpack]:.2f}.")
+    return losses + gains
 
 
 def streaming_spreads(lines):
