@@ -41,7 +41,7 @@ async function run_rounds(what, list, name, warm_up_rounds) {
     }
   const of_decoder = (i) => ({ main: results[i].map(({ main }) => main), busiest: results[i].map(({ busiest }) => busiest), bytes: bytes[list[i].stored],
     heap: heap[i] || undefined });
-  print({ what, name: name.replace('asset-', ''), primitives: primitives.stock.length, decoders: Object.fromEntries(list.map((decoder, i) => [decoder.name, of_decoder(i)])) });
+  print({ what, name: name.replace('asset-', ''), decoders: Object.fromEntries(list.map((decoder, i) => [decoder.name, of_decoder(i)])) });
   for (const instance of instances) instance.end?.();
 }
 
@@ -50,7 +50,8 @@ const measurements = {
     const decoders = await calling_thread(rivals);
     // Assets are measured as they are shipped: one stream for each primitive.
     for (const name of names)
-      await run_rounds(is_asset(name) ? 'asset' : 'thread', is_asset(name) ? decoders.filter(({ stored }) => stored === 'stock') : decoders, name, kWarmUpRounds);
+      if (is_asset(name)) await run_rounds('asset', decoders.filter(({ stored }) => stored === 'stock'), name, kWarmUpRounds);
+      else await run_rounds('thread', decoders, name, kWarmUpRounds);
   },
   async workers() {
     for (const name of names.filter((name) => !is_asset(name))) await run_rounds('workers', in_workers(), name, kWarmUpRoundsOfPools);
@@ -65,7 +66,8 @@ const measurements = {
   },
   // The code that a page loads: bytes, and bytes in brotli.
   async code() {
-    const sizes = ([name, parts]) => [name, ...[(part) => part.length, (part) => brotliCompressSync(part).length].map((bytes_of) => parts.reduce((sum, part) => sum + bytes_of(part), 0))];
+    const total = (parts, bytes_of) => parts.reduce((sum, part) => sum + bytes_of(part), 0);
+    const sizes = ([name, parts]) => [name, total(parts, (part) => part.length), total(parts, (part) => brotliCompressSync(part).length)];
     print({ what: 'code', decoders: (await code_of_pages(rivals)).map(sizes), encoders: (await code_of_encoders()).map(sizes) });
   },
 };

@@ -61,7 +61,8 @@ for (const [name, mesh] of Object.entries(meshes))
   for (const speed of name === 'terrain' ? [0, 5] : [5]) {
     const modules = { draco3d: await stock.createEncoderModule({}), 'psplit/draco': await own.createEncoderModule({}) };
     const ways = [...Object.keys(modules), ...(speed === 5 ? Object.keys(kContainers) : [])], ms = ways.map(() => []), bytes = {}, heap = {};
-    const given = { indices: mesh.faces, attributes: Object.fromEntries(mesh.attributes.map(([semantic, componentCount, array]) => [kNames[semantic], { array, componentCount }])) };
+    const attributes = mesh.attributes.map(([semantic, componentCount, array]) => [kNames[semantic], { array, componentCount }]);
+    const given = { indices: mesh.faces, attributes: Object.fromEntries(attributes) };
     const runs = Math.max(1, Math.round(50000 / (mesh.faces.length / 3)));
     for (let round = -kWarmUpRounds; round < rounds; ++round)
       for (const [i, way] of ways.entries()) {

@@ -102,8 +102,9 @@ for (const name of names) {
         await close_page();
       }
     close();
-    console.log(JSON.stringify({ what: 'streaming', name, mbits, faces: results[0][0].total,
-      loaders: Object.fromEntries(kWays.map(([way, coding], i) => [way, { bytes: files[`/${coding}.glb`].length, first: results[i].map(({ first }) => first), all: results[i].map(({ all }) => all) }])) }));
+    const of_loader = (coding, times) => ({ bytes: files[`/${coding}.glb`].length, first: times.map(({ first }) => first), all: times.map(({ all }) => all) });
+    const loaders = Object.fromEntries(kWays.map(([way, coding], i) => [way, of_loader(coding, results[i])]));
+    console.log(JSON.stringify({ what: 'streaming', name, mbits, faces: results[0][0].total, loaders }));
   }
 }
 await close_browser();

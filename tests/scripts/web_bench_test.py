@@ -24,7 +24,7 @@ def thread_line(what, name, scale):
     decoders = {"draco3d 1.5.7": decoder(8), "three's draco_decoder": decoder(10), "psplit/draco": decoder(4 / scale), "psplit, one stream": decoder(2 / scale)}
     if what == "thread":
         decoders |= {"psplit, patches": decoder(2 / scale, 110, 5), "meshopt_decoder 9.9": decoder(0.5, 220)}
-    return {"what": what, "name": name, "primitives": 1, "decoders": decoders}
+    return {"what": what, "name": name, "decoders": decoders}
 
 
 def web_lines():
@@ -32,7 +32,7 @@ def web_lines():
     containers = {"patches": {"ms": [40, 120, 40], "bytes": 102}, "condensed": {"ms": [90, 270, 90], "bytes": 80}}
     loaders = {"three's DRACOLoader, 1 worker": decoder(1, busiest=9), "psplit, patches, 2 workers": decoder(2, busiest=2)}
     return [thread_line("asset", "duck", 1), thread_line("asset", "fish", 4), thread_line("thread", "small", 5), thread_line("thread", "terrain", 1),
-            {"what": "workers", "name": "terrain", "primitives": 1, "decoders": loaders},
+            {"what": "workers", "name": "terrain", "decoders": loaders},
             {"what": "page", "name": "terrain", "ms": {"three's draco_decoder": [300, 310, 900], "psplit, patches, 2 workers": [99, 100, 102]}},
             {"what": "encoders", "name": "terrain", "faces": 2000, "attributes": ["POSITION", "NORMAL"], "speed": 0, "encoders": encoders(0, {})},
             {"what": "encoders", "name": "terrain", "faces": 2000, "attributes": ["POSITION", "NORMAL"], "speed": 5, "encoders": encoders(5, containers)}]
