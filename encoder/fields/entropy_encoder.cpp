@@ -3,22 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <memory>
 
 #include "src/container/bit_string.h"
 
 namespace psplit {
 namespace {
 
-// A symbol that occurs. Tables of them are in the order of symbols.
-struct Entry {
-  uint32_t symbol = 0;
-  uint32_t frequency = 0;
-  uint32_t prob = 0;   // as a part of 1 << precision
-  uint32_t first = 0;  // the sum of the probabilities of all lower symbols
-};
-
-std::vector<Entry> count_symbols(std::span<const uint32_t> symbols, uint32_t max_symbol) {
-  std::vector<Entry> entries;
+std::vector<SymbolCount> count_symbols(std::span<const uint32_t> symbols, uint32_t max_symbol) {
+  std::vector<SymbolCount> entries;
   if (max_symbol < 8 * symbols.size() + 256) {
     std::vector<uint32_t> frequencies(size_t{max_symbol} + 1);
     for (const uint32_t symbol : symbols) ++frequencies[symbol];
@@ -37,10 +31,10 @@ std::vector<Entry> count_symbols(std::span<const uint32_t> symbols, uint32_t max
 
 // libdraco's estimates decide between the codings. Terms, types and their order are libdraco's, so that sums
 // round alike. log2 is the C library's in both; another library may round the last bit differently.
-int64_t entropy_bits(const std::vector<Entry>& entries, size_t symbol_count) {
+int64_t entropy_bits(const std::vector<SymbolCount>& entries, size_t symbol_count) {
   double bits = 0;
   const auto count = static_cast<double>(symbol_count);
-  for (const Entry& entry : entries) {
+  for (const SymbolCount& entry : entries) {
     const auto frequency = static_cast<double>(entry.frequency);
     bits += frequency * std::log2(frequency / count);
   }
@@ -51,11 +45,11 @@ int64_t table_bits(int64_t max_symbol, int64_t unique_count) {
 }
 
 // Scales frequencies to probabilities that add up to 1 << precision.
-void normalize(std::vector<Entry>& entries, size_t symbol_count, uint32_t precision) {
+void normalize(std::vector<SymbolCount>& entries, size_t symbol_count, uint32_t precision) {
   const int64_t total = int64_t{1} << precision;
   const auto total_d = static_cast<double>(total);
   int64_t sum = 0;
-  for (Entry& entry : entries) {
+  for (SymbolCount& entry : entries) {
     const double part = static_cast<double>(entry.frequency) / static_cast<double>(symbol_count);
     entry.prob = std::max(1u, static_cast<uint32_t>(part * total_d + 0.5));
     sum += entry.prob;
@@ -83,16 +77,16 @@ void normalize(std::vector<Entry>& entries, size_t symbol_count, uint32_t precis
     }
   }
   uint32_t first = 0;
-  for (Entry& entry : entries) {
+  for (SymbolCount& entry : entries) {
     entry.first = first;
     first += entry.prob;
   }
 }
 
-void write_table(const std::vector<Entry>& entries, std::vector<uint8_t>& out) {
+void write_table(const std::vector<SymbolCount>& entries, std::vector<uint8_t>& out) {
   append_varint(uint64_t{entries.back().symbol} + 1, out);
   uint32_t next = 0;
-  for (const Entry& entry : entries) {
+  for (const SymbolCount& entry : entries) {
     while (next < entry.symbol) {  // a byte for up to 64 symbols that do not occur
       const uint32_t run = std::min(64u, entry.symbol - next);
       out.push_back(static_cast<uint8_t>((run - 1) << 2 | 3));
@@ -112,32 +106,55 @@ void write_state(uint32_t state, std::vector<uint8_t>& block) {
   for (uint32_t i = 0; i < bytes; ++i) block.push_back(static_cast<uint8_t>(state >> 8 * i));
 }
 
+uint32_t precision_of(uint32_t symbol_bits) { return std::clamp(3 * symbol_bits / 2, 12u, 20u); }
+
 // Writes the table of the symbols and a block of rANS, which codes the last symbol first. Returns the bytes of
 // the table.
-size_t write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, uint32_t symbol_bits,
+size_t write_rans(std::span<const uint32_t> symbols, std::vector<SymbolCount> entries, uint32_t symbol_bits,
                   std::vector<uint8_t>& out) {
-  const uint32_t precision = std::clamp(3 * symbol_bits / 2, 12u, 20u);
+  const uint32_t precision = precision_of(symbol_bits);
   normalize(entries, symbols.size(), precision);
   const size_t before = out.size();
   write_table(entries, out);
   const size_t table_bytes = out.size() - before;
-  std::vector<uint32_t> entry_of(size_t{entries.back().symbol} + 1);
-  for (uint32_t i = 0; i < entries.size(); ++i) entry_of[entries[i].symbol] = i;
+  // Division by a product: states are below 2^30, so that the quotient is exact (T. Granlund, P. Montgomery:
+  // Division by invariant integers using multiplication, 1994).
+  struct Coder {
+    uint64_t inverse;  // 2^shift / prob, rounded up
+    uint32_t shift, prob, first;
+  };
+  std::vector<Coder> coders(entries.size());
+  std::vector<uint32_t> coder_of(size_t{entries.back().symbol} + 1);
+  for (uint32_t i = 0; i < entries.size(); ++i) {
+    const SymbolCount& entry = entries[i];
+    const auto shift = static_cast<uint32_t>(30 + std::bit_width(entry.prob - 1));
+    coders[i] = {((uint64_t{1} << shift) + entry.prob - 1) / entry.prob, shift, entry.prob, entry.first};
+    coder_of[entry.symbol] = i;
+  }
   const uint32_t base = 4u << precision;
   uint32_t state = base;
-  std::vector<uint8_t> block;
-  block.reserve(symbols.size());
+  // A symbol takes at most three bytes. Nothing branches on how many: a processor could not predict it.
+  const std::unique_ptr<uint8_t[]> block(new uint8_t[3 * symbols.size() + sizeof state]);
+  size_t size = 0;
   for (size_t i = symbols.size(); i-- > 0;) {
-    const Entry& entry = entries[entry_of[symbols[i]]];
-    for (; state >= entry.prob << 10; state >>= 8) block.push_back(static_cast<uint8_t>(state));
-    state = (state / entry.prob << precision) + state % entry.prob + entry.first;
+    const Coder& coder = coders[coder_of[symbols[i]]];
+    const uint64_t most = uint64_t{coder.prob} << 10;
+    const uint32_t bytes = (state >= most) + (state >= most << 8) + (state >= most << 16);
+    std::memcpy(&block[size], &state, sizeof state);  // little-endian
+    size += bytes;
+    state >>= 8 * bytes;
+    const auto quotient = static_cast<uint32_t>(state * coder.inverse >> coder.shift);
+    state = (quotient << precision) + (state - quotient * coder.prob) + coder.first;
   }
-  write_state(state - base, block);
-  append_block(block, out);
+  std::vector<uint8_t> last;
+  write_state(state - base, last);
+  append_varint(size + last.size(), out);
+  out.insert(out.end(), &block[0], &block[size]);
+  out.insert(out.end(), last.begin(), last.end());
   return table_bytes;
 }
 
-constexpr uint32_t kMostRawBits = 18;
+constexpr uint32_t kMostRawBits = 18, kTagBits = 5;
 
 // The byte that libdraco stores before the table of the raw coding. The precision of probabilities follows from
 // it.
@@ -189,47 +206,69 @@ void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
   append_block(block, out);
 }
 
-size_t encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
-                      std::vector<uint8_t>& out) {
-  if (symbols.empty()) return 0;
-  std::vector<uint32_t> tags(symbols.size() / components);  // the bits of the largest value of each group
-  uint32_t max_symbol = 0;
+CountedSymbols::CountedSymbols(std::span<const uint32_t> symbols, uint32_t components)
+    : symbols_(symbols), components_(components), tags_(symbols.size() / components) {
   int64_t value_bits = 0;
-  for (size_t group = 0; group < tags.size(); ++group) {
+  for (size_t group = 0; group < tags_.size(); ++group) {
     uint32_t largest = 0;
     for (const uint32_t symbol : symbols.subspan(group * components, components))
       largest = std::max(largest, symbol);
-    tags[group] = static_cast<uint32_t>(std::bit_width(std::max(largest, 1u)));
-    max_symbol = std::max(max_symbol, largest);
-    value_bits += int64_t{tags[group]} * components;
+    tags_[group] = static_cast<uint32_t>(std::bit_width(std::max(largest, 1u)));
+    max_symbol_ = std::max(max_symbol_, largest);
+    value_bits += int64_t{tags_[group]} * components;
   }
-  constexpr uint32_t kMaxTag = 32, kTagBits = 5;
-  std::vector<Entry> tag_entries = count_symbols(tags, kMaxTag);
-  const auto tag_count = static_cast<int64_t>(tag_entries.size());
-  const int64_t tagged_bits =
-      entropy_bits(tag_entries, tags.size()) + table_bits(tag_count, tag_count) + value_bits;
-  bool is_tagged = max_symbol >> kMostRawBits != 0;
-  std::vector<Entry> entries;
-  if (!is_tagged) {
-    entries = count_symbols(symbols, max_symbol);
-    is_tagged = entries.size() >> kMostRawBits != 0 ||
-                tagged_bits < entropy_bits(entries, symbols.size()) +
-                                  table_bits(max_symbol, static_cast<int64_t>(entries.size()));
+  value_bytes_ = static_cast<size_t>(value_bits + 7) / 8;
+  constexpr uint32_t kMaxTag = 32;
+  std::vector<SymbolCount> tag_entries = count_symbols(tags_, kMaxTag);
+  is_tagged_ = max_symbol_ >> kMostRawBits != 0;
+  if (!is_tagged_) {
+    const auto tag_count = static_cast<int64_t>(tag_entries.size());
+    const int64_t tagged_bits =
+        entropy_bits(tag_entries, tags_.size()) + table_bits(tag_count, tag_count) + value_bits;
+    entries_ = count_symbols(symbols, max_symbol_);
+    is_tagged_ = entries_.size() >> kMostRawBits != 0 ||
+                 tagged_bits < entropy_bits(entries_, symbols.size()) +
+                                   table_bits(max_symbol_, static_cast<int64_t>(entries_.size()));
   }
-  out.push_back(is_tagged ? 0 : 1);
-  if (!is_tagged) {
-    const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), max_symbol, level);
-    out.push_back(static_cast<uint8_t>(symbol_bits));
-    return write_rans(symbols, entries, symbol_bits, out);
-  }
-  const size_t table_bytes = write_rans(tags, tag_entries, kTagBits, out);
+  if (is_tagged_) entries_ = std::move(tag_entries);
+}
+
+uint32_t CountedSymbols::symbol_bits(int level) const {
+  return is_tagged_ ? kTagBits : symbol_bits_at(static_cast<uint32_t>(entries_.size()), max_symbol_, level);
+}
+
+size_t CountedSymbols::estimate(int level) const {
+  if (symbols_.empty()) return 0;
+  std::vector<SymbolCount> entries = entries_;
+  const uint32_t precision = precision_of(symbol_bits(level));
+  normalize(entries, is_tagged_ ? tags_.size() : symbols_.size(), precision);
+  std::vector<uint8_t> table;
+  write_table(entries, table);
+  double bits = 0;
+  for (const SymbolCount& entry : entries)
+    bits += static_cast<double>(entry.frequency) * (precision - std::log2(static_cast<double>(entry.prob)));
+  return table.size() + static_cast<size_t>(bits / 8) + (is_tagged_ ? value_bytes_ : 0);
+}
+
+size_t CountedSymbols::write(int level, std::vector<uint8_t>& out) const {
+  if (symbols_.empty()) return 0;
+  out.push_back(is_tagged_ ? 0 : 1);
+  if (!is_tagged_) out.push_back(static_cast<uint8_t>(symbol_bits(level)));
+  const size_t table_bytes =
+      write_rans(is_tagged_ ? std::span<const uint32_t>(tags_) : symbols_, entries_, symbol_bits(level), out);
+  if (!is_tagged_) return table_bytes;
   BitStringWriter values;
-  for (size_t group = 0; group < tags.size(); ++group)
-    for (const uint32_t symbol : symbols.subspan(group * components, components))
-      values.bits(symbol, tags[group]);
+  for (size_t group = 0; group < tags_.size(); ++group)
+    for (const uint32_t symbol : symbols_.subspan(group * components_, components_))
+      values.bits(symbol, tags_[group]);
   const std::vector<uint8_t> bytes = values.take();
   out.insert(out.end(), bytes.begin(), bytes.end());
   return table_bytes;
+}
+
+size_t encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+                      std::vector<uint8_t>& out) {
+  return CountedSymbols(symbols, components).write(level, out);
 }
 
 uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits) {

@@ -28,6 +28,7 @@ using LevelBytes = std::array<size_t, kLevels.size()>;
 struct Choice {
   Scheme scheme = Scheme::kNone;
   bool by_degree = false;
+  size_t rank = 0;  // of equal ones, the lowest is taken, which is the fastest to decode
   LevelBytes bytes{};
 };
 
@@ -39,7 +40,9 @@ struct Tried {
   AttributeFields fields;
 
   size_t best_at(size_t level) const {
-    const auto is_less = [&](const Choice& a, const Choice& b) { return a.bytes[level] < b.bytes[level]; };
+    const auto is_less = [&](const Choice& a, const Choice& b) {
+      return std::pair(a.bytes[level], a.rank) < std::pair(b.bytes[level], b.rank);
+    };
     return static_cast<size_t>(std::min_element(choices.begin(), choices.end(), is_less) - choices.begin());
   }
 };
@@ -62,6 +65,45 @@ class WalkByDegree {
   std::unique_ptr<uint8_t[]> memory_;
   core::Sequence<uint32_t> sequence_;
 };
+
+// The bytes that an attribute takes in a stream at each level, without its description and what turns integers
+// into values. Estimates are enough for a choice that takes more than `fewest` at all levels.
+LevelBytes attribute_bytes(const AttributePlan& plan, const AttributeFields& fields, const LevelBytes& fewest) {
+  LevelBytes sums{};
+  if (plan.description.coding == Coding::kRaw) {
+    sums.fill(fields.raw.size());
+    return sums;
+  }
+  std::vector<uint8_t> bytes;
+  append_scheme(plan, bytes);
+  append_prediction_grid(plan, bytes);
+  constexpr size_t kRangeBytes = 8, kCountBytes = 4;
+  size_t more = plan.is_predicted() && plan.transform == core::Transform::kWrap ? kRangeBytes : 0;
+  if (plan.scheme == Scheme::kConstrainedMultiParallelogram)
+    for (const std::vector<uint8_t>& flags : fields.creases) {
+      append_varint(flags.size(), bytes);
+      if (!flags.empty()) encode_flags(flags, bytes);
+    }
+  if (plan.scheme == Scheme::kTexCoords) {
+    more += kCountBytes;
+    encode_flags(fields.same_orientations, bytes);
+  }
+  if (plan.scheme == Scheme::kGeometricNormal) encode_flags(fields.flips, bytes);
+  const CountedSymbols symbols(fields.symbols, fields.components);
+  const size_t others = bytes.size() + more;
+  bool is_larger = true;
+  for (size_t level = 0; level < kLevels.size(); ++level) {
+    sums[level] = others + symbols.estimate(kLevels[level]);
+    is_larger &= sums[level] > fewest[level] + fewest[level] / 32 + 64;
+  }
+  if (is_larger) return sums;
+  for (size_t level = 0; level < kLevels.size(); ++level) {
+    bytes.clear();
+    symbols.write(kLevels[level], bytes);
+    sums[level] = others + bytes.size();
+  }
+  return sums;
+}
 
 class SmallestAttributes {
  public:
@@ -138,29 +180,33 @@ class SmallestAttributes {
     const bool has_walks = !is_created && plan.description.coding != Coding::kRaw &&
                            !groups_[plan.group].per_corner && group_sizes_[plan.group] == 1;
     Tried tried;
-    size_t fewest = 0;
+    LevelBytes fewest;
+    fewest.fill(SIZE_MAX / 2);
     Status refused;
     for (const bool by_degree : {false, true}) {
       if (by_degree && !has_walks) break;
       plan.by_degree = by_degree;
       const core::Group<uint32_t> group = group_of(plan);
       if (Status status = encoder_.take(plan, group); !status.ok()) return status;
-      for (const Scheme scheme : schemes) {
-        plan.scheme = scheme;
+      // The last is often the smallest. Bytes of the others are then estimated.
+      for (size_t rank = schemes.size(); rank-- > 0;) {
+        plan.scheme = schemes[rank];
         Expected<AttributeFields> fields = encoder_.correct(plan, group);
         if (!fields) {
           refused = fields.status();
           continue;
         }
-        Choice choice{scheme, by_degree, {}};
-        for (size_t level = 0; level < kLevels.size(); ++level)
-          choice.bytes[level] = attribute_bytes(plan, *fields, kLevels[level]);
-        const size_t bytes = *std::min_element(choice.bytes.begin(), choice.bytes.end());
-        if (tried.choices.empty() || bytes < fewest) {
-          fewest = bytes;
+        const Choice choice{plan.scheme, by_degree, rank + (by_degree ? schemes.size() : 0),
+                            attribute_bytes(plan, *fields, fewest)};
+        const auto least = [](const Choice& of) {
+          return std::pair(*std::min_element(of.bytes.begin(), of.bytes.end()), of.rank);
+        };
+        if (tried.choices.empty() || least(choice) < least(tried.choices[tried.kept])) {
           tried.kept = tried.choices.size();
           tried.fields = std::move(*fields);
         }
+        for (size_t level = 0; level < fewest.size(); ++level)
+          fewest[level] = std::min(fewest[level], choice.bytes[level]);
         tried.choices.push_back(choice);
       }
     }
@@ -227,27 +273,6 @@ std::vector<Scheme> possible_schemes(const AttributePlan& plan, int texture_bits
       predicts_texture(positions.description.bits, texture_bits) && !texture_may_overflow(plan.source))
     schemes.push_back(Scheme::kTexCoords);
   return schemes;
-}
-
-size_t attribute_bytes(const AttributePlan& plan, const AttributeFields& fields, int symbol_level) {
-  if (plan.description.coding == Coding::kRaw) return fields.raw.size();
-  std::vector<uint8_t> bytes;
-  append_scheme(plan, bytes);
-  encode_symbols(fields.symbols, fields.components, symbol_level, bytes);
-  append_prediction_grid(plan, bytes);
-  constexpr size_t kRangeBytes = 8, kCountBytes = 4;
-  size_t more = plan.is_predicted() && plan.transform == core::Transform::kWrap ? kRangeBytes : 0;
-  if (plan.scheme == Scheme::kConstrainedMultiParallelogram)
-    for (const std::vector<uint8_t>& flags : fields.creases) {
-      append_varint(flags.size(), bytes);
-      if (!flags.empty()) encode_flags(flags, bytes);
-    }
-  if (plan.scheme == Scheme::kTexCoords) {
-    more += kCountBytes;
-    encode_flags(fields.same_orientations, bytes);
-  }
-  if (plan.scheme == Scheme::kGeometricNormal) encode_flags(fields.flips, bytes);
-  return bytes.size() + more;
 }
 
 Expected<EncodedPatch> encode_smallest_stream(const WeldedMesh& welded, const PatchMesh& patch,

@@ -40,8 +40,4 @@ std::vector<core::Scheme> possible_schemes(const AttributePlan& plan, int textur
                                            const AttributePlan& positions,
                                            const std::function<bool(size_t)>& texture_may_overflow);
 
-// The bytes that an attribute takes in a stream at a level of the symbol encoder, without its description and
-// what turns integers into values.
-size_t attribute_bytes(const AttributePlan& plan, const AttributeFields& fields, int symbol_level);
-
 }  // namespace psplit
