@@ -1,13 +1,9 @@
 #!/usr/bin/env python3
-"""Figures in README.md, docs/manual.md and docs/benchmarks.md come from the measured pages.
-
-In docs/benchmarks.md each number of a paragraph that cites measured pages occurs there, rounded or not. The other two have no
-room for citations: kCells says which cells their numbers come from."""
+"""Figures in README.md and docs/manual.md come from the measured pages: kCells says from which cells."""
 import re, sys
 
-from pages import prose, text_of
+from pages import text_of
 
-benchmarks = "docs/benchmarks.md"
 compare, typical, encoding, cuda, profile, condensed = (f"docs/measured/{page}.md" for page in ("compare", "typical", "encoding", "cuda", "profile-size",
                                                                                                 "condensed"))
 N = r"(-?[\d,]*\.?\d+)"  # in a sentence or a cell
@@ -69,10 +65,6 @@ kCells = [
     ("README.md", rf"memory in {N} ms", cuda, rf"^\| 10 million \| 440 \| Draco (?:\| [\d.]+ ){{3}}\| {N} "),
 ]
 
-# Paragraphs whose numbers are measured, but on no page of a script: the sentence says what was measured, and how.
-# The means of three rows of a page are not on it.
-kNotOnAPage = ("Decoders alone, in turn", "The three characters take")
-
 
 def value(number):
     return float(number.replace(",", ""))
@@ -102,25 +94,7 @@ def faults_of_cells():
             yield f"{page}: {said.group()!r}, but {source} has {found}"
 
 
-def faults_of_citations(counts):
-    number = r"(?<![\w.,-])-?\d[\d,]*(?:\.\d+)?(?![\w])"
-    for paragraph in prose(benchmarks).split("\n\n"):
-        cited = set(re.findall(r"\]\((measured/[\w-]+\.md)", paragraph))
-        if not cited or paragraph.startswith("|"):
-            continue
-        cells = [value(cell) for page in cited for cell in re.findall(number, text_of(f"docs/{page}"))]
-        said = re.sub(r"\]\([^)]*\)|`[^`]*`", " ", flat(paragraph))
-        for sentence in kNotOnAPage:
-            said = re.sub(rf"{sentence}.*?\.(?= |$)", "", said)
-        for figure in re.findall(number, said):
-            figure = figure.rstrip(",")
-            counts.append(figure)
-            if not any(is_rounded(figure, cell) for cell in cells):
-                yield f"{benchmarks}: {figure} is not in {', '.join(sorted(cited))}: {flat(paragraph)[:80]}..."
-
-
-counts = []
-bad = [*faults_of_cells(), *faults_of_citations(counts)]
-if bad or len(counts) < 100:
-    sys.exit("\n".join(bad) or f"only {len(counts)} figures were found")
-print(f"{len(kCells)} figures of README.md and docs/manual.md, and {len(counts)} of {benchmarks}")
+bad = list(faults_of_cells())
+if bad:
+    sys.exit("\n".join(bad))
+print(f"{len(kCells)} figures of README.md and docs/manual.md")
