@@ -1,5 +1,5 @@
 """docs/measured/condensed.md: bytes and times of condensed patches, beside ordinary patches and one stock stream."""
-from benchmarks.pages import page, rows_by_subject, span, table
+from benchmarks.pages import join, page, rows_by_subject, span, table
 from benchmarks.ratios import spread_of
 
 kStandardSpeed = 5
@@ -46,14 +46,17 @@ def findings(cases):
     """Sentences: first the times, since condensed patches may be slower; then bytes."""
     cut = [faster(case) for case in cases if case["size"] and case["ms"]]
     alone = [faster(case) for case in cases if not case["size"] and case["ms"]]
-    sentences = [f"On one thread condensed patches decode at {span(cut)} times the speed of ordinary patches, and one condensed patch alone "
-                 f"at {span(alone)} times."]
+    sizes = join([f"{size:,}" for size in sorted({case["size"] for case in cases if case["size"] and case["ms"]})])
+    sentences = [f"On one thread condensed patches of {sizes} faces decode at {span(cut)} times the speed of ordinary patches, and one condensed "
+                 f"patch alone at {span(alone)} times."]
+    if slow := [over(case, "condensed") for case in cases if case["size"] and case["speed"] == 0]:
+        sentences.append(f"At speed 0 condensed patches take {change(slow)} bytes than one stock stream.")
     for size in sorted({case["size"] for case in cases if case["size"]}, reverse=True):
         at = [case for case in cases if case["size"] == size and case["speed"] == kStandardSpeed and not is_lossless(case)]
         sentences.append(f"At speed {kStandardSpeed} condensed patches of {size:,} faces take {change([over(case, 'condensed') for case in at])} bytes than "
                          f"one stock stream, ordinary ones {change([over(case, 'patches') for case in at])}.")
     lossless = [over(case, "condensed") for case in cases if is_lossless(case)]
-    return sentences + [f"Lossless ones take {change(lossless)}."]
+    return sentences + [f"Lossless ones take {change(lossless)} than one lossless stream."]
 
 
 def is_lossless(case):

@@ -34,19 +34,19 @@ def batch_findings(speeds, memory):
     sentences = []
     if memory:
         most = max(memory, key=lambda row: max(map(value_of, filter(None, row[2:4]))))
-        sentences.append(f"Of {most[0]} lines, {most[1]} takes the most memory, {max(filter(None, most[2:4]), key=value_of)} MB.")
+        sentences.append(f"{most[1]} of {most[0]} lines takes {max(filter(None, most[2:4]), key=value_of)} MB, the most of all steps.")
         batches = [f"{row[2]} MB for a manifest of {row[0]} lines" for row in memory if row[1].startswith("manifest")]
         sentences.append(f"A batch takes {join(batches)}.")
     by_what = {row[1]: row for row in speeds}
     encoded, unchanged = (by_what.get(f"one shard, 2 threads: {what}") for what in ("encoded", "up to date"))
     if encoded:
-        sentences.append(f"One shard on two threads encodes {encoded[3]} assets a second, {encoded[4]} microseconds of CPU each, and passes "
-                         f"{unchanged[3]} that are up to date.")
+        sentences.append(f"One shard on two threads encodes {encoded[3]} assets a second, at {encoded[4]} microseconds of CPU each; if all are "
+                         f"up to date, it checks {unchanged[3]} a second.")
     return sentences
 
 
 def out_of_core_findings(rows, limit):
     """Of the rows of bench/out_of_core: triangles, step, seconds, seconds of CPU, nanoseconds a triangle, megabytes, bytes, disk space."""
     whole = next(row for row in rows if row[1] == "encode in memory")
-    return [f"`--memory {limit}` encodes {row[0]} triangles in {row[2]} seconds and {row[5]} MB, at {value_of(whole[4]) / value_of(row[4]):.2f} times the speed "
-            f"a triangle of {whole[0]} in memory, which take {whole[5]} MB." for row in rows if row[1] == "encode"]
+    return [f"Encoding {row[0]} triangles with `--memory {limit}` takes {row[2]} seconds and {row[5]} MB: {value_of(row[4]) / value_of(whole[4]):.2f} times as "
+            f"long for each triangle as {whole[0]} triangles in memory, which take {whole[5]} MB." for row in rows if row[1] == "encode"]

@@ -185,7 +185,7 @@ def speed_up_findings(tables):
             f"bytes; {smallest}, takes {bytes_over(smallest)}.",
             f"psplit's {patches} decode {speeds(ours, one)} times as fast as stock Draco on one thread, and {speeds(ours, two)} times on two, "
             f"for {more_bytes(newest[ours][over])}.",
-            f"Condensed, they take {more_bytes(newest[condensed][over])}, and decode {speeds(condensed, one)} times as fast on one thread."]
+            f"Condensed, they take {more_bytes(newest[condensed][over])} than stock Draco, and decode {speeds(condensed, one)} times as fast as it on one thread."]
 
 
 def newest_rival(reports):

@@ -87,7 +87,7 @@ class SpeedUps(unittest.TestCase):
                          "times the bytes; meshoptimizer 1.2, codec 1, brotli, takes 1.37 times.")
         self.assertEqual(text[1], "psplit's 8 patches decode 2.50 to 3.00 times as fast as stock Draco on one thread, and 3.00 to 5.00 times on two, "
                          "for 2.0 % more bytes.")
-        self.assertEqual(text[2], "Condensed, they take 5.0 % fewer bytes, and decode 2.00 times as fast on one thread.")
+        self.assertEqual(text[2], "Condensed, they take 5.0 % fewer bytes than stock Draco, and decode 2.00 times as fast as it on one thread.")
 
 
 class Encoding(unittest.TestCase):
@@ -136,16 +136,16 @@ class OneProgram(unittest.TestCase):
         memory = [["1,000,000", "`batch plan`", "415.6", "", "5.0"], ["1,000", "manifest, all", "8.0", "11.6", "1.0"],
                   ["1,000,000", "manifest, shard", "8.5", "11.8", "1.0"], ["1,000,000", "record", "8.3", "81.8", "1.0"]]
         self.assertEqual(batch_findings(speeds, memory), [
-            "Of 1,000,000 lines, `batch plan` takes the most memory, 415.6 MB.",
+            "`batch plan` of 1,000,000 lines takes 415.6 MB, the most of all steps.",
             "A batch takes 8.0 MB for a manifest of 1,000 lines and 8.5 MB for a manifest of 1,000,000 lines.",
-            "One shard on two threads encodes 1,896 assets a second, 900 microseconds of CPU each, and passes 8,383 that are up to date."])
+            "One shard on two threads encodes 1,896 assets a second, at 900 microseconds of CPU each; if all are up to date, it checks 8,383 a second."])
         self.assertEqual(len(batch_findings(speeds, [])), 1)
 
     def test_larger_than_memory(self):
         rows = [["3,000,000", "encode in memory", "4.5", "6.0", "1,500", "600", "1", "0"], ["30,000,000", "generate", "9.0", "9.0", "300", "20", "1", "0"],
                 ["30,000,000", "encode", "60.0", "90.0", "2,000", "800", "1", "0"]]
-        self.assertEqual(out_of_core_findings(rows, "1GB"), ["`--memory 1GB` encodes 30,000,000 triangles in 60.0 seconds and 800 MB, at 0.75 times "
-                                                             "the speed a triangle of 3,000,000 in memory, which take 600 MB."])
+        self.assertEqual(out_of_core_findings(rows, "1GB"), ["Encoding 30,000,000 triangles with `--memory 1GB` takes 60.0 seconds and 800 MB: "
+                                                             "1.33 times as long for each triangle as 3,000,000 triangles in memory, which take 600 MB."])
 
 
 if __name__ == "__main__":
