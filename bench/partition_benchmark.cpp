@@ -182,7 +182,7 @@ void compare(const Mesh& mesh, int rounds) {
   const ThreadPool one(1), two(2);
   MetisGraph for_metis = metis_graph(face_graph(mesh.faces, mesh.point_count, two));
   for (const uint32_t patch_faces : kPatchFaces) {
-    const auto patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
+    const auto patch_count = static_cast<uint32_t>(std::max<size_t>(1, mesh.faces.size() / patch_faces));
     PartitionOptions options, paper;
     options.patch_count = paper.patch_count = patch_count;
     paper.method = PartitionMethod::kPaper;

@@ -133,8 +133,13 @@ size_t write_rans(std::span<const uint32_t> symbols, std::vector<SymbolCount> en
   }
   const uint32_t base = 4u << precision;
   uint32_t state = base;
-  // A symbol takes at most three bytes. Nothing branches on how many: a processor could not predict it.
-  const std::unique_ptr<uint8_t[]> block(new uint8_t[3 * symbols.size() + sizeof state]);
+  // A state is below 2^(precision + 10) before a symbol, and below prob << 10 after its bytes, at most three.
+  // Nothing branches on how many: a processor could not predict it.
+  size_t most_bytes = sizeof state;
+  for (const SymbolCount& entry : entries)
+    most_bytes +=
+        size_t{entry.frequency} * ((precision + 8 - static_cast<uint32_t>(std::bit_width(entry.prob))) / 8);
+  const std::unique_ptr<uint8_t[]> block(new uint8_t[most_bytes]);
   size_t size = 0;
   for (size_t i = symbols.size(); i-- > 0;) {
     const Coder& coder = coders[coder_of[symbols[i]]];
@@ -217,7 +222,7 @@ CountedSymbols::CountedSymbols(std::span<const uint32_t> symbols, uint32_t compo
     max_symbol_ = std::max(max_symbol_, largest);
     value_bits += int64_t{tags_[group]} * components;
   }
-  value_bytes_ = static_cast<size_t>(value_bits + 7) / 8;
+  value_bytes_ = static_cast<size_t>((value_bits + 7) / 8);
   constexpr uint32_t kMaxTag = 32;
   std::vector<SymbolCount> tag_entries = count_symbols(tags_, kMaxTag);
   is_tagged_ = max_symbol_ >> kMostRawBits != 0;

@@ -82,7 +82,7 @@ def page_by_processor(title, findings_of, introduction, section, before, spreads
     processor = processor or processor_name()
     own = "\n".join([how("section", spreads, words, today, processor), "", *section])
     sections = {processor: own} | {name: text for name, text in sections_of(before).items() if name != processor}
-    findings = findings_of([cells_of(text) for text in sections.values()])
+    findings = findings_of([cells_of(text) for text in sections.values() if re.search(r"^\|", text, re.M)])
     parts = [f"# {title}", " ".join(findings), "\n".join(introduction), *(f"## {name}\n\n{text}" for name, text in sections.items())]
     return "\n\n".join(parts) + "\n"
 

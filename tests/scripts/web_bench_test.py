@@ -7,7 +7,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(root / "scripts"))
 from benchmarks import web
 
-kHow = {"words": ["scripts/web-bench", "a.glb"], "today": datetime.date(2026, 11, 5), "processor": "Some CPU"}
+kHow = {"words": [str(root / "scripts/web-bench"), "a.glb"], "today": datetime.date(2026, 11, 5), "processor": "Some CPU"}
 
 
 def rows(lines):

@@ -7,7 +7,7 @@ import path from 'node:path';
 import test, { after } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { compressed_primitives, fallback_files, gltf_psplit, make_container, package_folder, psplit, random_numbers, root, with_asset } from './load.mjs';
-import { in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
+import { endless, in_chunks, serve_slowly, wait_ms } from './slow_server.mjs';
 import { streams, with_draco_mesh } from './stock_draco.mjs';
 
 const { decodeGlb, decodeGltf } = await import(pathToFileURL(path.join(package_folder, 'asset.js')));
@@ -237,6 +237,16 @@ test('a response all of whose bytes were used is not aborted', async () => {
   assert.deepEqual(open, new Set(['/a.glb', '/chosen.glb']));
   for (const end of sent) end();
   while (done.size < 2 || open.size > 0) await wait_ms(1);
+});
+
+test('downloads end that nobody needs any more, and responses that never end', { timeout: 60000 }, async () => {
+  const glb = readFileSync(path.join(samples, 'patches.glb'));
+  const { origin, open } = await serve_slowly({ '/a.glb': () => endless(glb), '/b.glb': () => endless(glb.subarray(0, -8)) });
+  await pool.decodeUrl(`${origin}/a.glb`);
+  const stop = new AbortController(), job = pool.decodeUrl(`${origin}/b.glb`, { signal: stop.signal });
+  setTimeout(() => stop.abort(), 50);
+  await assert.rejects(job, { code: 'aborted' });
+  while (open.size > 0) await wait_ms(1);
 });
 
 // A server that promises more bytes than it sends, and one whose connection breaks.

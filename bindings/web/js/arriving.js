@@ -3,6 +3,9 @@ import { PsplitError } from './error.js';
 import { on_abort } from './job.js';
 import { is_node, node_module } from './node.js';
 
+/** How long to wait for the end of a response all of whose bytes are there. */
+export const kMostEndMs = 1000;
+
 // A file of this machine, which fetch() of Node.js does not read.
 async function* file_chunks(url) {
   const { createReadStream } = await node_module('node:fs');
@@ -64,20 +67,25 @@ export class ArrivingBytes {
     return this.#is_complete;
   }
 
-  // No bytes are needed after these. When they are there, an abort does not end the source: its own end follows, and a browser keeps only
-  // whole responses in its cache.
+  // No bytes are needed after these, unless some are asked for. When they are there, an abort does not end the source at once: its own
+  // end follows, and a browser keeps only whole responses in its cache.
   expect(length) {
-    this.#expected = length;
+    if (Number.isSafeInteger(length) && length > 0) this.#expected = length;
+  }
+  #need(end) {
+    if (end > this.#expected) this.#expected = end;
   }
 
   // Resolves when the first `count` bytes are there, or all.
   async until(count) {
+    this.#need(count);
     while (this.#length < count && !this.#is_complete && this.#error === undefined) await this.#change();
     if (this.#error !== undefined && this.#length < count) throw this.#error;
   }
 
   // Views of bytes [begin, end), as they arrive; fewer if there are fewer.
   async* chunks(begin, end = Infinity) {
+    this.#need(end);
     for (let i = 0, at = 0; at < end; ++i) {
       while (i === this.#chunks.length && !this.#is_complete && this.#error === undefined) await this.#change();
       if (i === this.#chunks.length && this.#error !== undefined) throw this.#error;
@@ -105,12 +113,14 @@ export class ArrivingBytes {
   }
 
   async #read(source, signal) {
-    let reader;
+    let reader, timer;
+    const cancel = () => reader?.cancel().catch(() => {});
     const fail = (error) => {
       const message = error?.message ?? String(error), { url } = this;
       this.#error ??= error instanceof PsplitError ? error
         : new PsplitError(url === undefined ? message : `${url || 'the response'}: it ended early, after ${this.#length} bytes (${message})`, 'failed');
-      if (this.#length < this.#expected) reader?.cancel().catch(() => {});
+      if (this.#length < this.#expected) cancel();
+      else timer ??= setTimeout(cancel, kMostEndMs);
       this.#wake();
     };
     const abort = () => fail(new PsplitError('aborted', 'aborted'));
@@ -121,7 +131,7 @@ export class ArrivingBytes {
       while (this.#error === undefined && !this.#is_complete) {
         const { done, value } = await reader.next();
         if (this.#error !== undefined) {
-          if (!done) reader.cancel().catch(() => {});
+          if (!done) cancel();
           break;
         }
         if (!done && !(value instanceof Uint8Array)) throw new PsplitError('a chunk is not a Uint8Array', 'invalid-input');
@@ -133,6 +143,7 @@ export class ArrivingBytes {
     } catch (error) {
       fail(error);
     }
+    clearTimeout(timer);
     let_go();
   }
   #change() {

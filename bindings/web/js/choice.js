@@ -1,5 +1,5 @@
 // Patches that a caller chooses, and the bytes of a file that they need. Pages load this when they choose patches.
-import { ArrivingBytes, fetched, is_file } from './arriving.js';
+import { ArrivingBytes, fetched, is_file, kMostEndMs } from './arriving.js';
 import { joined, kStitchBytes, kStreamBytes, sum, wrong_length } from './container.js';
 import { counts_of } from './container_job.js';
 import { PsplitError } from './error.js';
@@ -16,7 +16,6 @@ const kFrontBytes = 4096;
 // Ranges that are nearer to each other than this are one request, up to a size.
 const kNearBytes = 8192, kMostBytes = 262144, kMostGroups = 64;
 const kMostRequests = 6;  // at a time
-const kMostEndMs = 1000;
 
 const failed = (message) => new PsplitError(message, 'failed');
 const invalid = (message) => new PsplitError(message, 'invalid-input');
