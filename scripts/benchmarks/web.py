@@ -4,7 +4,7 @@ Samples are milliseconds, one of each round. In a round all decoders took turns,
 """
 import statistics
 
-from benchmarks.pages import join, page, rows_by_subject, table
+from benchmarks.pages import join, page, rows_by_subject, span, table
 from benchmarks.ratios import spread_of
 from benchmarks.rivals import mean
 
@@ -14,19 +14,9 @@ kDropIn, kStream, kPatches = "psplit/draco", "psplit, one stream", "psplit, patc
 kLoader, kTwoWorkers = "three's DRACOLoader, 1 worker", "psplit, patches, 2 workers"
 
 
-def times(rival, ours):
-    """How many times as fast as the rival."""
-    return statistics.median(a / b for a, b in zip(rival, ours))
-
-
-def share(ours, rival):
-    return times(ours, rival)
-
-
-def between(values, digits=2):
-    """"1.20 to 3.40", or "1.20" if these are equal."""
-    low, high = (f"{value:.{digits}f}" for value in (min(values), max(values)))
-    return low if low == high else f"{low} to {high}"
+def times(one, other):
+    """How many times the time of the other: the median of the rounds' ratios."""
+    return statistics.median(a / b for a, b in zip(one, other))
 
 
 def ms(samples):
@@ -99,7 +89,7 @@ def encoders_table(lines):
     for line in find(lines, "encoders"):
         draco, ours = line["encoders"]["draco3d"], line["encoders"][kDropIn]
         containers = [line["encoders"][way] for way in kContainers if way in line["encoders"]]
-        cells = [cell for of in containers for cell in (f"{share(of['ms'], draco['ms']):.1f}", f"{of['bytes'] / draco['bytes']:.2f}")]
+        cells = [cell for of in containers for cell in (f"{times(of['ms'], draco['ms']):.1f}", f"{of['bytes'] / draco['bytes']:.2f}")]
         attributes = " ".join(semantic[0] for semantic in line["attributes"])
         rows.append([f"{line['name']}: {line['faces']:,}, {attributes}", line["speed"], ms(draco["ms"]), f"{times(draco['ms'], ours['ms']):.2f}",
                      f"{ours['heap'] / draco['heap']:.2f}", *(cells or [""] * 4)])
@@ -111,17 +101,17 @@ def findings(lines):
     assets, meshes, workers, encoders = (find(lines, what) for what in ("asset", "thread", "workers", "encoders"))
     last, large = meshes[-1]["decoders"], [line for line in meshes if line["name"] != "small"]
     meshopt = named(last, kMeshopt)
-    faster = {name: between([over_draco(line, name) for line in large]) for name in (meshopt, kPatches)}
+    faster = {name: span([over_draco(line, name) for line in large]) for name in (meshopt, kPatches)}
     of_assets = {name: [over_draco(line, name) for line in assets] for name in (kDropIn, kStream)}
     of_draco = [(line["encoders"], line["encoders"]["draco3d"]) for line in encoders]
-    encodes = between([times(draco["ms"], of[kDropIn]["ms"]) for of, draco in of_draco])
-    heap = between([of[kDropIn]["heap"] / draco["heap"] for of, draco in of_draco])
-    patches, condensed = (between([share(of[way]["ms"], draco["ms"]) for of, draco in of_draco if way in of], 1) for way in kContainers)
+    encodes = span([times(draco["ms"], of[kDropIn]["ms"]) for of, draco in of_draco])
+    heap = span([of[kDropIn]["heap"] / draco["heap"] for of, draco in of_draco])
+    patches, condensed = (span([times(of[way]["ms"], draco["ms"]) for of, draco in of_draco if way in of], 1) for way in kContainers)
     return [f"On one thread {meshopt} decodes large meshes {faster[meshopt]} times as fast as {kDraco}, and psplit's patches "
             f"{faster[kPatches]} times; its bytes in brotli are {last[meshopt]['bytes'] / last[kPatches]['bytes']:.2f} times those of patches.",
             f"Stock streams of {len(assets)} assets decode {mean(of_assets[kDropIn]):.2f} times as fast as with {kDraco} by psplit/draco, and "
             f"{mean(of_assets[kStream]):.2f} times by `decodeDraco`, at least {min(map(min, of_assets.values())):.2f} times.",
-            f"Two workers decode patches {between([over_loader(line, kTwoWorkers) for line in workers])} times as fast as three's DRACOLoader in "
+            f"Two workers decode patches {span([over_loader(line, kTwoWorkers) for line in workers])} times as fast as three's DRACOLoader in "
             "one.",
             f"psplit/draco encodes {encodes} times as fast as draco3d, in {heap} of its heap; `encodeMesh` takes {patches} times as long as draco3d "
             f"for one stream, and {condensed} times for condensed patches."]
@@ -164,7 +154,7 @@ def streaming_rows(lines):
                 draco = next(iter(line["loaders"].values()))["all"]
                 for key in ("first", "all"):
                     samples = line["loaders"][name][key]
-                    cells.append(f"{ms(samples)} ({share(samples, draco):.2f})")
+                    cells.append(f"{ms(samples)} ({times(samples, draco):.2f})")
             rows.setdefault(f"{asset}, {of_asset[0]['faces']:,} faces", []).append([name, f"{of['bytes']:,}", *cells])
     return rows
 
@@ -187,9 +177,9 @@ def streaming_findings(lines):
         for line in find(lines, "streaming", asset):
             loaders, draco = line["loaders"], next(iter(line["loaders"].values()))["all"]
             ours, rival = loaders[kStreaming], loaders[named(loaders, "meshoptimizer")]
-            shares.append(f"{share(ours['first'], draco):.2f} and {share(ours['all'], draco):.2f} at {line['mbits']} Mbit/s")
-            if share(rival["all"], ours["first"]) < 1:
-                sooner.append(f"{share(rival['all'], ours['first']):.2f} (at {line['mbits']} Mbit/s)")
+            shares.append(f"{times(ours['first'], draco):.2f} and {times(ours['all'], draco):.2f} at {line['mbits']} Mbit/s")
+            if times(rival["all"], ours["first"]) < 1:
+                sooner.append(f"{times(rival['all'], ours['first']):.2f} (at {line['mbits']} Mbit/s)")
         if sooner:
             losses.append(f"meshoptimizer's file of {asset} is shown sooner than the first triangles by `loadStreaming`: in {join(sooner)} of "
                           "their time.")
