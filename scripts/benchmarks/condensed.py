@@ -1,6 +1,6 @@
 """docs/measured/condensed.md: bytes and times of condensed patches, beside ordinary patches and one stock stream."""
 from benchmarks.pages import join, page, rows_by_subject, span, table
-from benchmarks.ratios import spread_of
+from benchmarks.ratios import repetitions_of, spread_of
 
 kStandardSpeed = 5
 
@@ -8,8 +8,7 @@ kStandardSpeed = 5
 def cases_of(report, mesh, samples, threads=1):
     """What decode_benchmark says, one case for each sample that is there without and with `/condensed`, unless condensing leaves it as it
     is, as one patch at speed 0. `samples`: the report's milliseconds of all repetitions, by benchmark."""
-    bytes_of = {entry["run_name"].removesuffix("/real_time"): int(entry["bytes"]) for entry in report["benchmarks"]
-                if entry.get("run_type", "iteration") == "iteration"}
+    bytes_of = {name: int(entry["bytes"]) for name, entry in repetitions_of(report)}
     cases = []
     for name in bytes_of:
         attributes, size, speed, *rest = name.split("/")

@@ -3,7 +3,7 @@ import pathlib, re, subprocess, tempfile
 
 from benchmarks.pages import page, span, table
 from benchmarks.programs import build, environment_of, kShortRepetition, mesh_title, run_benchmark
-from benchmarks.ratios import samples_of, spread_of
+from benchmarks.ratios import repetitions_of, samples_of, spread_of
 
 kAttributes = {"positions": "positions", "positions+normals+texcoords": "with normals, texcoords"}
 kSizes = {"4800": "4,800", "1200": "1,200", "whole": "whole"}  # faces of a patch
@@ -20,9 +20,8 @@ def kinds():
 def stages_of(report):
     """{benchmark: {stage: milliseconds}} of the fastest repetition. libdraco's last stages are one."""
     found = {}
-    for entry in report["benchmarks"]:
-        if entry.get("run_type", "iteration") == "iteration":
-            found.setdefault(entry["run_name"].removesuffix("/real_time"), []).append(entry)
+    for name, entry in repetitions_of(report):
+        found.setdefault(name, []).append(entry)
     return {name: {stage: min(entries, key=lambda entry: entry["real_time"])[stage] for stage in kStages} for name, entries in found.items()}
 
 

@@ -22,17 +22,22 @@ def rival_of(name):
     return re.sub(r"/psplit/threads:\d+$", "/metis", name) if re.search(r"/psplit/threads:\d+$", name) else None
 
 
+def repetitions_of(report):
+    """(name of the benchmark, entry) of every repetition in Google Benchmark's JSON. An error of the benchmark is a ValueError."""
+    for entry in report["benchmarks"]:
+        if entry.get("run_type", "iteration") != "iteration":
+            continue
+        if entry.get("error_occurred"):
+            raise ValueError(f"{entry['name']}: {entry.get('error_message', 'failed')}")
+        # Google Benchmark appends how it ran to the name.
+        yield re.sub(r"/(repeats:\d+|real_time|process_time|min_time:[\d.]+)", "", entry.get("run_name", entry["name"])), entry
+
+
 def samples_of(*reports):
-    """Milliseconds of every repetition in Google Benchmark's JSON, by benchmark."""
+    """Milliseconds of every repetition, by benchmark."""
     samples = {}
     for report in reports:
-        for entry in report["benchmarks"]:
-            if entry.get("run_type", "iteration") != "iteration":
-                continue
-            if entry.get("error_occurred"):
-                raise ValueError(f"{entry['name']}: {entry.get('error_message', 'failed')}")
-            # Google Benchmark appends how it ran to the name.
-            name = re.sub(r"/(repeats:\d+|real_time|process_time|min_time:[\d.]+)", "", entry.get("run_name", entry["name"]))
+        for name, entry in repetitions_of(report):
             samples.setdefault(name, []).append(entry["real_time"] * kUnitsMs[entry["time_unit"]])
     return samples
 

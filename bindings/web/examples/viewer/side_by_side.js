@@ -7,7 +7,7 @@ const element = (id) => document.getElementById(id);
 const workers = Math.max(1, Math.min(4, navigator.hardwareConcurrency ?? 4));
 let sides = [], direction = [0.5, 0.42], job = new AbortController(), shown = null;
 
-// Returns the adapter, or the reason why there is none.
+// Returns a WebGPU adapter, or the reason why the browser gives none.
 async function find_webgpu() {
   if (navigator.gpu === undefined)
     return { why: isSecureContext ? 'This browser has no WebGPU, so only the CPU is shown.' : 'Browsers offer WebGPU to pages of https and of localhost alone, so only the CPU is shown.' };
