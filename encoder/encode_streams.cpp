@@ -115,6 +115,13 @@ struct SplitBytes {
 // The bytes of an entry of the directory.
 constexpr uint64_t kEntryBytes = 8;
 
+uint64_t stitch_map_bytes(const Mesh& mesh, const Streams& streams, const ThreadPool& pool) {
+  std::vector<PointOwner> owners(mesh.point_count);
+  const Stitching stitching = build_stitching(streams.owned, 0, owners, pool);
+  return std::accumulate(stitching.maps.begin(), stitching.maps.end(), uint64_t{0},
+                         [](uint64_t sum, const std::vector<uint8_t>& map) { return sum + map.size(); });
+}
+
 // Whether nearly all points have six faces, as in grids and in surfaces that were made by rule. One stream
 // follows the rows of such a mesh, and patches do not: that may cost a tenth, which no border shows. In scanned
 // or sculpted meshes, about a third of the points have six faces; in carefully remeshed ones, three quarters.
@@ -130,7 +137,8 @@ bool has_rows(const Mesh& mesh) {
 
 // Whether the streams may take over options.most_split_percent more than one stream. This finds all such meshes
 // of the corpus. The smallest coding is less even: the size of its one stream is known only once it is encoded.
-bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options) {
+bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOptions& options,
+                      const ThreadPool& pool) {
   // Bytes of a reference that is stored alone; one that belongs to a run takes a tenth of a byte.
   constexpr double kReferenceBytes = 1.2;
   if (options.choose_by_bytes) return true;
@@ -144,9 +152,17 @@ bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOpti
   const auto values = static_cast<double>(bytes.streams - std::min(bytes.streams, bytes.tables));
   double more = values * references / static_cast<double>(std::max<uint64_t>(1, bytes.points));
   if (!options.shares_tables) more += static_cast<double>(bytes.repeated_tables());
-  if (!streams.are_alone(options.alone))
-    more += kReferenceBytes * references + static_cast<double>(kEntryBytes * streams.bytes.size());
-  return more > certain * (static_cast<double>(bytes.streams) - more) || has_rows(mesh);
+  const auto exceeds = [&](double all) { return all > certain * (static_cast<double>(bytes.streams) - all); };
+  if (has_rows(mesh)) return true;
+  if (streams.are_alone(options.alone)) return exceeds(more);
+  more += static_cast<double>(kEntryBytes * streams.bytes.size());
+  if (!exceeds(more + kReferenceBytes * references)) return false;
+  // Most references belong to runs, so the maps are much smaller than that. In few patches the rest stands for
+  // worse predictions at borders; many make up for these by tables of their own. To make the maps takes a
+  // hundredth of the time of one stream.
+  constexpr size_t kManyWithOwnTables = 64;
+  return streams.bytes.size() < kManyWithOwnTables ||
+         exceeds(more + static_cast<double>(stitch_map_bytes(mesh, streams, pool)));
 }
 
 // The bytes of the streams as they are stored, less the tables that will be shared.
@@ -155,11 +171,7 @@ uint64_t stored_bytes(const Mesh& mesh, const Streams& streams, const StreamOpti
   const SplitBytes bytes(streams);
   const uint64_t values = bytes.streams - (options.shares_tables ? bytes.repeated_tables() : 0);
   if (streams.are_alone(options.alone)) return values;
-  std::vector<PointOwner> owners(mesh.point_count);
-  const Stitching stitching = build_stitching(streams.owned, 0, owners, pool);
-  return std::accumulate(stitching.maps.begin(), stitching.maps.end(),
-                         values + kEntryBytes * streams.bytes.size(),
-                         [](uint64_t sum, const std::vector<uint8_t>& map) { return sum + map.size(); });
+  return values + kEntryBytes * streams.bytes.size() + stitch_map_bytes(mesh, streams, pool);
 }
 
 // The decoded streams, one after the other, with the mesh's point for each of their points.
@@ -229,7 +241,8 @@ Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCodi
   separate_flat_faces(welded);
   Expected<Streams> streams = encode_patches(welded, codings, options, patch_count, pool);
   const bool is_limited = options.most_split_percent > 0 && options.patch_of_face.empty();
-  if (!streams || !is_limited || streams->patch_count() <= 1 || !may_exceed_limit(mesh, *streams, options))
+  if (!streams || !is_limited || streams->patch_count() <= 1 ||
+      !may_exceed_limit(mesh, *streams, options, pool))
     return streams;
   StreamOptions quiet = options;
   quiet.patch_encoded = {};  // the faces have been counted

@@ -1,6 +1,7 @@
 #include "encoder/partition/cell_graph.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <deque>
 #include <numeric>
@@ -71,64 +72,79 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   return coarse;
 }
 
-// Some of the edges that a vertex owns, in a cache line.
-struct alignas(64) EdgeBlock {
+// An edge that a vertex owns: its other end, and the last side that came there.
+struct OwnedEdge {
+  uint32_t end = kNoCell, side = kNoCell;
+};
+
+// The first edges that a vertex owns. In a closed mesh these are three, on average. Unused ones come last.
+struct alignas(32) FirstEdges {
+  static constexpr uint32_t kEdges = 4;
+
+  OwnedEdge edges[kEdges];
+};
+
+// Some further edges, in a cache line.
+struct alignas(64) FurtherEdges {
   static constexpr uint32_t kEdges = 7;
 
-  uint32_t ends[kEdges];  // the other vertices; all unused numbers are kNoCell
-  uint32_t next;          // the vertex's next block
-  uint32_t last[kEdges];  // sides
-  uint32_t count;
-
-  void clear() {
-    std::ranges::fill(ends, kNoCell);
-    next = kNoCell;
-    std::ranges::fill(last, kNoCell);
-    count = 0;
-  }
-  // The place of the edge to `end`, or the free place for it if it is not there; kEdges if all places have
-  // other edges. Comparing four places at once would be slower: such a load waits for the last stores of single
-  // places.
-  uint32_t place_of(uint32_t end) const {
-    uint32_t place = count;
-    for (uint32_t k = 0; k < kEdges; ++k) place = ends[k] == end ? k : place;
-    return place;
-  }
-  // Makes `side` the last side of the edge. Returns the one before, or kNoCell.
-  uint32_t take(uint32_t place, uint32_t end, uint32_t side) {
-    ends[place] = end;
-    count += place == count ? 1 : 0;
-    return std::exchange(last[place], side);
-  }
+  OwnedEdge edges[kEdges];
+  uint32_t next = kNoCell;  // the vertex's next ones
+  uint32_t count = 0;
 };
+
+// The place of the edge to `end`, or `count`, the first free place, if it is not there. Of unused edges, none
+// is found. Bits, because compilers make branches of choices. Comparing several places at once would be slower:
+// such a load waits for the last stores of single places.
+template <uint32_t kEdges>
+uint32_t place_of(uint32_t end, const OwnedEdge (&edges)[kEdges], uint32_t count) {
+  uint32_t places = uint32_t{1} << count;
+  for (uint32_t k = 0; k < kEdges; ++k) places |= uint32_t{edges[k].end == end} << k;
+  return static_cast<uint32_t>(std::countr_zero(places | uint32_t{1} << kEdges));
+}
 
 // When a face comes to an edge that is there, it is linked with the face that came there last. Nearly nothing
 // branches, because no processor predicts whether an edge is there.
 class EdgeLinker {
  public:
-  // For edges that the vertices [first, first + blocks.size()) own.
-  EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, uint32_t first, std::span<EdgeBlock> blocks)
-      : sides_(neighbours[0].data()), first_(first), blocks_(blocks) {
-    for (EdgeBlock& block : blocks_) block.clear();
+  // For edges that the vertices [first, first + edges.size()) own.
+  EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, uint32_t first, std::span<FirstEdges> edges)
+      : sides_(neighbours[0].data()), first_(first), edges_(edges), counts_(edges.size(), 0) {
+    std::ranges::fill(edges_, FirstEdges());
   }
   EdgeLinker(const EdgeLinker&) = delete;
   EdgeLinker& operator=(const EdgeLinker&) = delete;
 
-  // Side `side` of the mesh, which is of this face, is the edge from `owner` to `end`.
-  void add(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
-    EdgeBlock& block = blocks_[owner - first_];
-    const uint32_t at = block.place_of(end);
-    if (at == EdgeBlock::kEdges) [[unlikely]]
-      return add_further(owner, end, side, face);
-    link(block.take(at, end, side), side, face);
+  // Adds the edges of a face that these vertices own.
+  void add(uint32_t face, const std::array<uint32_t, 3>& vertices) {
+    const uint32_t ends[] = {vertices[0], vertices[1], vertices[2], vertices[0]};
+    for (uint32_t c = 0; c < 3; ++c) {
+      const uint32_t a = ends[c], b = ends[c + 1];
+      // The edge belongs to one of its vertices, the same in either direction. About half of a vertex's edges
+      // are its own, however vertices are numbered.
+      const bool is_odd = ((a ^ b) & 1) != 0;
+      const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
+      if (owner - first_ < edges_.size()) add(owner - first_, a ^ b ^ owner, 3 * face + c, face);
+    }
   }
 
   std::vector<FaceGraph::Extra> extra;  // links that do not fit
 
  private:
-  // A vertex has at most this many blocks. Its further edges are in a table.
-  static constexpr uint32_t kMostBlocks = 9;
+  // Of a vertex. Its edges beyond these are in a table.
+  static constexpr uint32_t kMostFurther = 8;
 
+  // Side `side` of the mesh, which is of this face, is the edge from the vertex with this number here to `end`.
+  void add(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
+    uint8_t& count = counts_[owner];
+    OwnedEdge(&edges)[FirstEdges::kEdges] = edges_[owner].edges;
+    const uint32_t place = place_of(end, edges, count);
+    if (place == FirstEdges::kEdges) [[unlikely]]
+      return add_further(owner, end, side, face);
+    count = static_cast<uint8_t>(count + (place == count ? 1 : 0));
+    edges[place].end = end;
+    link(std::exchange(edges[place].side, side), side, face);
+  }
   // `from` is kNoCell, or a side whose face is to be linked with this one across `side`.
   void link(uint32_t from, uint32_t side, uint32_t face) {
     const uint32_t other = from / 3, is_linked = core::mask((from != kNoCell) & (other != face));
@@ -140,28 +156,37 @@ class EdgeLinker {
       across = core::select(is_linked, face, kNoCell);
   }
   void add_further(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
-    EdgeBlock* block = &blocks_[owner - first_];
-    for (uint32_t blocks = 1; blocks < kMostBlocks; ++blocks) {
-      if (block->next == kNoCell) {
-        block->next = static_cast<uint32_t>(more_.size());
-        block = &more_.emplace_back();
-        block->clear();
-      } else {
-        block = &more_[block->next];
+    if (further_.empty()) further_.assign(edges_.size(), kNoCell);
+    uint32_t at = further_[owner];
+    if (at == kNoCell) at = further_[owner] = add_more();
+    for (uint32_t i = 1;; ++i) {
+      FurtherEdges& further = more_[at];
+      const uint32_t place = place_of(end, further.edges, further.count);
+      if (place < FurtherEdges::kEdges) {
+        further.count += place == further.count ? 1 : 0;
+        further.edges[place].end = end;
+        return link(std::exchange(further.edges[place].side, side), side, face);
       }
-      if (const uint32_t at = block->place_of(end); at < EdgeBlock::kEdges)
-        return link(block->take(at, end, side), side, face);
+      if (i == kMostFurther) break;
+      if (further.next == kNoCell) further.next = add_more();
+      at = further.next;
     }
     const auto edge = far_.try_emplace(uint64_t{owner} << 32 | end, kNoCell).first;
     link(std::exchange(edge->second, side), side, face);
+  }
+  uint32_t add_more() {
+    more_.emplace_back();
+    return static_cast<uint32_t>(more_.size()) - 1;
   }
 
   uint32_t* const sides_;       // the face across each side
   uint32_t nothing_ = kNoCell;  // is written, and stays kNoCell, when no side is linked
   uint32_t* const places_[2] = {&nothing_, sides_};
   const uint32_t first_;
-  const std::span<EdgeBlock> blocks_;  // the first of each vertex
-  std::deque<EdgeBlock> more_;
+  const std::span<FirstEdges> edges_;  // of each vertex
+  std::vector<uint8_t> counts_;        // of each vertex's first edges
+  std::vector<uint32_t> further_;      // for each vertex the place of its further edges in more_, or kNoCell
+  std::deque<FurtherEdges> more_;
   std::unordered_map<uint64_t, uint32_t> far_;  // the last side of each edge
 };
 
@@ -180,23 +205,15 @@ FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
                  at_once = std::clamp<uint64_t>(vertex_count, 1, most_at_once),
                  share = (at_once + task_count - 1) / task_count;
   // Allocated here, because threads other than this one do not get large pages (expect_large_arrays).
-  Array<EdgeBlock> blocks(static_cast<size_t>(share * task_count));
+  Array<FirstEdges> edges(static_cast<size_t>(share * task_count));
   std::vector<std::vector<FaceGraph::Extra>> extra(task_count);
   for (uint64_t first = 0; first < vertex_count; first += share * task_count)
     pool.for_each(task_count, [&](size_t task) {
       const auto begin = static_cast<uint32_t>(std::min<uint64_t>(first + share * task, vertex_count)),
                  end = static_cast<uint32_t>(std::min<uint64_t>(begin + share, vertex_count));
       EdgeLinker linker(graph.neighbours, begin,
-                        std::span(blocks).subspan(static_cast<size_t>(share) * task, end - begin));
-      for (uint32_t i = 0; i < faces.size(); ++i)
-        for (uint32_t c = 0; c < 3; ++c) {
-          const uint32_t a = faces[i][c], b = faces[i][c == 2 ? 0 : c + 1];
-          // The edge belongs to one of its vertices, the same in either direction. About half of a vertex's
-          // edges are its own, however vertices are numbered.
-          const bool is_odd = ((a ^ b) & 1) != 0;
-          const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
-          if (owner >= begin && owner < end) linker.add(owner, a ^ b ^ owner, 3 * i + c, i);
-        }
+                        std::span(edges).subspan(static_cast<size_t>(share) * task, end - begin));
+      for (uint32_t i = 0; i < faces.size(); ++i) linker.add(i, faces[i]);
       extra[task].insert(extra[task].end(), linker.extra.begin(), linker.extra.end());
     });
   std::vector<FaceGraph::Extra> all;

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <random>
+#include <utility>
 
 #include "encoder/partition/partition_steps.h"
 
@@ -58,6 +60,36 @@ TEST(FaceGraph, LinksAllFacesAroundAHub) {
       std::vector<uint32_t> expected{(i + kFaces - 1) % kFaces, (i + 1) % kFaces};
       std::sort(expected.begin(), expected.end());
       ASSERT_EQ(neighbours(graph, i), expected) << i;
+    }
+  }
+}
+
+// Vertices own from none to hundreds of edges, and edges have from one face to many; some faces repeat a
+// vertex.
+TEST(FaceGraph, LinksEachFaceWithTheLastOneAtItsEdge) {
+  std::mt19937 random(7);
+  for (const uint32_t vertex_count : {4u, 20u, 60u, 400u}) {
+    Faces faces(3000);
+    for (auto& face : faces)
+      for (uint32_t& vertex : face)
+        vertex = static_cast<uint32_t>(random() % (random() % 3 == 0 ? 3 : vertex_count));  // three are hubs
+    std::map<std::pair<uint32_t, uint32_t>, uint32_t> last;  // the last face at an edge
+    std::vector<std::vector<uint32_t>> expected(faces.size());
+    for (uint32_t face = 0; face < faces.size(); ++face)
+      for (uint32_t c = 0; c < 3; ++c) {
+        const auto [edge, is_new] =
+            last.try_emplace(std::minmax(faces[face][c], faces[face][(c + 1) % 3]), face);
+        const uint32_t before = std::exchange(edge->second, face);
+        if (is_new || before == face) continue;
+        expected[face].push_back(before);
+        expected[before].push_back(face);
+      }
+    for (const int threads : {1, 2}) {
+      const FaceGraph graph = face_graph(faces, vertex_count, ThreadPool(threads));
+      for (uint32_t face = 0; face < faces.size(); ++face) {
+        std::ranges::sort(expected[face]);
+        ASSERT_EQ(neighbours(graph, face), expected[face]) << face << " of " << vertex_count << " vertices";
+      }
     }
   }
 }
