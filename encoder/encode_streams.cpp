@@ -157,11 +157,12 @@ bool may_exceed_limit(const Mesh& mesh, const Streams& streams, const StreamOpti
   if (streams.are_alone(options.alone)) return exceeds(more);
   more += static_cast<double>(kEntryBytes * streams.bytes.size());
   if (!exceeds(more + kReferenceBytes * references)) return false;
-  // Most references belong to runs, so the maps are much smaller than that. In few patches the rest stands for
-  // worse predictions at borders; many make up for these by tables of their own. To make the maps takes a
-  // hundredth of the time of one stream.
-  constexpr size_t kManyWithOwnTables = 64;
-  return streams.bytes.size() < kManyWithOwnTables ||
+  // The bound counts each reference as if it was stored alone, and most belong to runs. In few patches, or
+  // where tables are shared, the excess stands for worse predictions at borders, which nothing else here
+  // counts. Many patches make up for these by tables that fit each, so the true maps decide. To make them takes
+  // a hundredth of the time of one stream.
+  constexpr size_t kLeastToMakeMaps = 64;
+  return options.shares_tables || streams.bytes.size() < kLeastToMakeMaps ||
          exceeds(more + static_cast<double>(stitch_map_bytes(mesh, streams, pool)));
 }
 

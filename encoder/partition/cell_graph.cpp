@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <numeric>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -74,8 +75,9 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
 
 // An edge that a vertex owns: its other end, and the last side that came there.
 struct OwnedEdge {
-  uint32_t end = kNoCell, side = kNoCell;
+  uint32_t end, side;
 };
+constexpr OwnedEdge kNoEdge = {kNoCell, kNoCell};
 
 // The first edges that a vertex owns. In a closed mesh these are three, on average. Unused ones come last.
 struct alignas(32) FirstEdges {
@@ -83,10 +85,14 @@ struct alignas(32) FirstEdges {
 
   OwnedEdge edges[kEdges];
 };
+// So that an Array of them is first written by the task that uses it.
+static_assert(std::is_trivially_default_constructible_v<FirstEdges>);
 
 // Some further edges, in a cache line.
 struct alignas(64) FurtherEdges {
   static constexpr uint32_t kEdges = 7;
+
+  FurtherEdges() { std::ranges::fill(edges, kNoEdge); }
 
   OwnedEdge edges[kEdges];
   uint32_t next = kNoCell;  // the vertex's next ones
@@ -94,13 +100,13 @@ struct alignas(64) FurtherEdges {
 };
 
 // The place of the edge to `end`, or `count`, the first free place, if it is not there. Of unused edges, none
-// is found. Bits, because compilers make branches of choices. Comparing several places at once would be slower:
-// such a load waits for the last stores of single places.
+// is found. Matches are collected as bits: compilers turn conditional choices into branches. Comparing several
+// places at once would be slower: such a load waits for the last stores of single places.
 template <uint32_t kEdges>
 uint32_t place_of(uint32_t end, const OwnedEdge (&edges)[kEdges], uint32_t count) {
   uint32_t places = uint32_t{1} << count;
   for (uint32_t k = 0; k < kEdges; ++k) places |= uint32_t{edges[k].end == end} << k;
-  return static_cast<uint32_t>(std::countr_zero(places | uint32_t{1} << kEdges));
+  return static_cast<uint32_t>(std::countr_zero(places));
 }
 
 // When a face comes to an edge that is there, it is linked with the face that came there last. Nearly nothing
@@ -110,13 +116,13 @@ class EdgeLinker {
   // For edges that the vertices [first, first + edges.size()) own.
   EdgeLinker(std::vector<std::array<uint32_t, 3>>& neighbours, uint32_t first, std::span<FirstEdges> edges)
       : sides_(neighbours[0].data()), first_(first), edges_(edges), counts_(edges.size(), 0) {
-    std::ranges::fill(edges_, FirstEdges());
+    for (FirstEdges& of : edges_) std::ranges::fill(of.edges, kNoEdge);
   }
   EdgeLinker(const EdgeLinker&) = delete;
   EdgeLinker& operator=(const EdgeLinker&) = delete;
 
   // Adds the edges of a face that these vertices own.
-  void add(uint32_t face, const std::array<uint32_t, 3>& vertices) {
+  void add_face(uint32_t face, const std::array<uint32_t, 3>& vertices) {
     const uint32_t ends[] = {vertices[0], vertices[1], vertices[2], vertices[0]};
     for (uint32_t c = 0; c < 3; ++c) {
       const uint32_t a = ends[c], b = ends[c + 1];
@@ -124,7 +130,7 @@ class EdgeLinker {
       // are its own, however vertices are numbered.
       const bool is_odd = ((a ^ b) & 1) != 0;
       const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
-      if (owner - first_ < edges_.size()) add(owner - first_, a ^ b ^ owner, 3 * face + c, face);
+      if (owner - first_ < edges_.size()) add_edge(owner - first_, a ^ b ^ owner, 3 * face + c, face);
     }
   }
 
@@ -135,7 +141,7 @@ class EdgeLinker {
   static constexpr uint32_t kMostFurther = 8;
 
   // Side `side` of the mesh, which is of this face, is the edge from the vertex with this number here to `end`.
-  void add(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
+  void add_edge(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
     uint8_t& count = counts_[owner];
     OwnedEdge(&edges)[FirstEdges::kEdges] = edges_[owner].edges;
     const uint32_t place = place_of(end, edges, count);
@@ -213,7 +219,7 @@ FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
                  end = static_cast<uint32_t>(std::min<uint64_t>(begin + share, vertex_count));
       EdgeLinker linker(graph.neighbours, begin,
                         std::span(edges).subspan(static_cast<size_t>(share) * task, end - begin));
-      for (uint32_t i = 0; i < faces.size(); ++i) linker.add(i, faces[i]);
+      for (uint32_t i = 0; i < faces.size(); ++i) linker.add_face(i, faces[i]);
       extra[task].insert(extra[task].end(), linker.extra.begin(), linker.extra.end());
     });
   std::vector<FaceGraph::Extra> all;

@@ -155,5 +155,5 @@ def text_of_encoding(meshes, psplit, rounds, instructions, before):
                          stream_rows(summarize(samples_of(report))))]
     introduction = ["The commands read a mesh file and write an asset: `encode` by default in patches. Of one stream, libdraco's encoder and",
                     "`encode_stream` get the mesh in memory, in the order in which the stream decodes, which is best for both; at speed 10 clouds",
-                    "are sequential."]
+                    "are sequential. Where page faults are slow, `draco_encoder` loses most: `encode` asks for large pages, and keeps memory."]
     return page_by_processor("Encoding", encode_findings, introduction, lines, before, spreads)

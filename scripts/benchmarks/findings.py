@@ -50,3 +50,14 @@ def out_of_core_findings(rows, limit):
     whole = next(row for row in rows if row[1] == "encode in memory")
     return [f"Encoding {row[0]} triangles with `--memory {limit}` takes {row[2]} seconds and {row[5]} MB: {value_of(row[4]) / value_of(whole[4]):.2f} times as "
             f"long for each triangle as {whole[0]} triangles in memory, which take {whole[5]} MB." for row in rows if row[1] == "encode"]
+
+
+kTypicalHead = ["Draco's speed", "assets", "over libdraco, one thread", "worst", "two threads over one, assets of many primitives"]
+
+
+def typical_findings(tables):
+    """A sentence about the tables of scripts/typical on several processors, under kTypicalHead: of the speeds of the first."""
+    gains = [span([value_of(table[speed][kTypicalHead[2]]) for table in tables if speed in table]) for speed in tables[0]]
+    worst = min(value_of(table[speed][kTypicalHead[3]]) for table in tables for speed in tables[0] if speed in table)
+    return (f"At {'speeds' if len(gains) > 1 else 'speed'} {join(list(tables[0]))}, psplit decodes {join(gains)} times as fast as libdraco, "
+            f"{'in this order, ' if len(gains) > 1 else ''}on the processors below, and no asset less than {worst:.2f} times.")

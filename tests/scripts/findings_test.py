@@ -8,7 +8,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(root / "scripts"))
 from benchmarks import rivals
 from benchmarks.encode_rows import encode_findings, kHead, kRival, kStreams, stream_rows
-from benchmarks.findings import batch_findings, libdraco_findings, out_of_core_findings, python_findings
+from benchmarks.findings import batch_findings, kTypicalHead, libdraco_findings, out_of_core_findings, python_findings, typical_findings
 from benchmarks.pages import cells_of, page_by_processor, script_name, sections_of, span, table, text_before, value_of
 
 
@@ -88,6 +88,16 @@ class SpeedUps(unittest.TestCase):
         self.assertEqual(text[1], "psplit's 8 patches decode 2.50 to 3.00 times as fast as stock Draco on one thread, and 3.00 to 5.00 times on two, "
                          "for 2.0 % more bytes.")
         self.assertEqual(text[2], "Condensed, they take 5.0 % fewer bytes than stock Draco, and decode 2.00 times as fast as it on one thread.")
+
+
+class Typical(unittest.TestCase):
+    def test_findings_have_the_ranges_of_all_processors_at_the_speeds_of_the_first(self):
+        here, there = (cells_of("\n".join(table(kTypicalHead, rows))) for rows in (
+            [["5", "40", "3.10", "2.05", "1.85 (12)"]], [["5", "40", "3.43", "2.24", "1.73 (12)"], ["0", "40", "3.33", "1.90", ""]]))
+        self.assertEqual(typical_findings([here, there]), "At speed 5, psplit decodes 3.10 to 3.43 times as fast as libdraco, on the processors below, "
+                         "and no asset less than 2.05 times.")
+        self.assertEqual(typical_findings([there, here]), "At speeds 5 and 0, psplit decodes 3.10 to 3.43 and 3.33 times as fast as libdraco, in this "
+                         "order, on the processors below, and no asset less than 1.90 times.")
 
 
 class Encoding(unittest.TestCase):

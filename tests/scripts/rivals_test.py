@@ -50,7 +50,7 @@ class Typical(unittest.TestCase):
 
     def test_the_first_sentence_is_about_the_newest_rival_with_its_fewest_bytes(self):
         text = rivals.where_the_rival_wins([asset_of(500), asset_of(2000)])
-        self.assertTrue(text.startswith("meshoptimizer 1.2 with brotli decodes faster than psplit in 2 of 2 assets, 2.0 to 2.0 times"))
+        self.assertTrue(text.startswith("meshoptimizer 1.2 with brotli decodes faster than psplit on one thread in 2 of 2 assets (of all, at 2.0 to 2.0 times"))
         self.assertIn("makes 1 of them smaller; psplit's streams take 1.00 times its bytes.", text)
         self.assertNotIn("fewer than", text)
         self.assertIn("and 0.50 times where an asset has fewer than 10,000", rivals.where_the_rival_wins([asset_of(500), asset_of(2000, 9999)]))
