@@ -46,24 +46,28 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   std::vector<std::vector<CellGraph::Link>> links((size_t{coarsening.count} + kGrain - 1) / kGrain);
   pool.for_ranges(coarsening.count, kGrain, [&](size_t begin, size_t end) {
     std::vector<CellGraph::Link>& out = links[begin / kGrain];
+    // For each cell where the link to it would be, counted from the first of the cell whose links are made.
+    // What is there tells whether it is.
+    std::vector<uint32_t> places(coarsening.count);
     for (size_t c = begin; c < end; ++c) {
       const size_t first = out.size();
+      uint32_t faces = 0;
       for (uint32_t i = cells.first[c]; i < cells.first[c + 1]; ++i) {
-        coarse.face_counts[c] += graph.face_count(cells.members[i]);
+        faces += graph.face_count(cells.members[i]);
         graph.for_each_link(cells.members[i], [&](uint32_t next, uint32_t edges) {
-          if (coarsening.coarse_of[next] != c) out.push_back({coarsening.coarse_of[next], edges});
+          const uint32_t cell = coarsening.coarse_of[next];
+          if (cell == c) return;
+          const size_t place = first + places[cell];
+          if (place < out.size() && out[place].cell == cell) {
+            out[place].edges += edges;
+          } else {
+            places[cell] = static_cast<uint32_t>(out.size() - first);
+            out.push_back({cell, edges});
+          }
         });
       }
-      const auto mine = out.begin() + static_cast<ptrdiff_t>(first);
       sort_few(out.data() + first, out.data() + out.size());
-      auto last = mine;
-      for (auto link = mine; link != out.end(); ++link) {
-        if (last != mine && last[-1].cell == link->cell)
-          last[-1].edges += link->edges;
-        else
-          *last++ = *link;
-      }
-      out.erase(last, out.end());
+      coarse.face_counts[c] = faces;
       coarse.first[c + 1] = static_cast<uint32_t>(out.size() - first);
     }
   });
