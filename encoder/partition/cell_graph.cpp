@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <deque>
+#include <memory>
 #include <numeric>
 #include <type_traits>
 #include <unordered_map>
@@ -11,6 +12,7 @@
 
 #include "psplit/mesh.h"
 #include "src/core/platform.h"
+#include "src/object_pool.h"
 
 namespace psplit {
 namespace {
@@ -44,11 +46,14 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   coarse.face_counts.resize(coarsening.count);
   coarse.first.resize(size_t{coarsening.count} + 1);
   std::vector<std::vector<CellGraph::Link>> links((size_t{coarsening.count} + kGrain - 1) / kGrain);
+  // For each cell where the link to it would be, counted from the first of the cell whose links are made. What
+  // is there tells whether it is, so that nothing is cleared between cells.
+  ObjectPool<std::vector<uint32_t>> places_of_threads;
+  const auto make_places = [&] { return std::make_unique<std::vector<uint32_t>>(coarsening.count); };
   pool.for_ranges(coarsening.count, kGrain, [&](size_t begin, size_t end) {
     std::vector<CellGraph::Link>& out = links[begin / kGrain];
-    // For each cell where the link to it would be, counted from the first of the cell whose links are made.
-    // What is there tells whether it is.
-    std::vector<uint32_t> places(coarsening.count);
+    const ObjectPool<std::vector<uint32_t>>::Lease lease(places_of_threads, make_places);
+    std::vector<uint32_t>& places = *lease;
     for (size_t c = begin; c < end; ++c) {
       const size_t first = out.size();
       uint32_t faces = 0;
