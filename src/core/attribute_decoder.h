@@ -73,6 +73,19 @@ class AttributeDecoder {
   // The attributes of a condensed stream. Empty for a Draco stream.
   PSPLIT_HD View<CondensedAttribute<Index>> condensed() const { return condensed_.attributes(); }
 
+  // Whether traversals have steps left.
+  PSPLIT_HD bool walks() const {
+    for (uint32_t i = 0; i < traversal_count_; ++i)
+      if (traversals_[i].steps_left() > 0) return true;
+    return false;
+  }
+  // Takes these steps, and finishes the traversals.
+  PSPLIT_HD Fault walk_to_end() {
+    for (uint32_t i = 0; i < traversal_count_; ++i)
+      while (traversals_[i].steps_left() > 0) traversals_[i].step();
+    return finish_traversals();
+  }
+
   // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
   PSPLIT_HD Fault finish_traversals() {
     if (!degree_walks_.empty()) {

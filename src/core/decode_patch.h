@@ -42,6 +42,9 @@ namespace psplit::core {
 template <typename Index, StreamKinds kKinds>
 class PatchDecoder {
  public:
+  // Whether one thread's traversals go on beside symbols that are read after others: 350 bytes of small code.
+  static constexpr bool kWalksOn = !PSPLIT_IS_SMALL_CODE;
+
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
       : header_(header), reader_(header.body), arena_(arena), patch_(out), attributes_(header, arena, out) {}
 
@@ -114,6 +117,8 @@ class PatchDecoder {
       default: return Fault::kNone;
     }
   }
+  // At Stop::kChains: whether no more sequences come after resume.
+  PSPLIT_HD bool is_read() const { return attributes_.is_read(); }
   // At Stop::kChains, in place of steps and resume: reads what the stream says about attributes, to its end.
   PSPLIT_HD Fault read_to_end() { return attributes_.read_to_end(reader_); }
   template <Lanes L>
@@ -211,11 +216,19 @@ class PatchDecoder {
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
-    Fault fault = alone(lanes, [&] { return attributes_.finish_traversals(); });
+    // Traversals of one thread may have steps left, which it takes beside the symbols that are read now.
+    const bool walks_on = L::size() == 1 && kWalksOn && attributes_.walks();
+    // Whoever takes the steps, the fault of a traversal comes before that of a sequence.
+    const auto first = [&](Fault fault) {
+      if (!walks_on || fault == Fault::kNone) return fault;
+      const Fault of_walk = attributes_.walk_to_end();
+      return of_walk == Fault::kNone ? fault : of_walk;
+    };
+    Fault fault = walks_on ? Fault::kNone : alone(lanes, [&] { return attributes_.finish_traversals(); });
     if (fault == Fault::kNone && is_condensed())
       fault = alone(lanes, [&] { return attributes_.finish_tokens(); });
     if (fault == Fault::kNone) fault = attributes_.finish_sequences(lanes, reader_);
-    if (fault != Fault::kNone) return fault;
+    if (fault != Fault::kNone) return first(fault);
     const bool is_read = attributes_.is_read();
     lanes.sync();
     if (!is_read) {
@@ -223,8 +236,9 @@ class PatchDecoder {
       if (fault == Fault::kNone) fill_buckets(lanes);
       const bool is_over = attributes_.is_read() && sequences().empty();
       lanes.sync();
-      if (fault != Fault::kNone || !is_over) return fault;
+      if (fault != Fault::kNone || !is_over) return first(fault);
     }
+    if (walks_on) return Fault::kNone;
     return alone(lanes, [&] { return stop_at(Stop::kCorrections, attributes_.take_values()); });
   }
   // Threads that take the steps of sequences need not do it then.

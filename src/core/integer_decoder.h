@@ -11,6 +11,10 @@ namespace psplit::core {
 template <typename Index>
 class IntegerDecoder {
  public:
+  // Whether parallelograms of four components have steps, as those of two and three: a device and small code
+  // have fewer loops.
+  static constexpr bool kStepsFour = !PSPLIT_MOVES_ROWS && !PSPLIT_IS_SMALL_CODE;
+
   // Reads up to the entropy-coded symbols, which `symbols` will decode. Of the group's sequence only the length
   // must be known yet. `positions` and `position` are the group and the attribute of the positions to predict
   // from, or null.
@@ -84,7 +88,7 @@ class IntegerDecoder {
   }
 
   // Makes the steps of the most frequent predictions ready, when symbols and sequence are known. At most one of
-  // the three kinds is running. Any number of steps may be taken before finish. A warp computes parallelograms,
+  // their kinds is running. Any number of steps may be taken before finish. A warp computes parallelograms,
   // means of them, and normals from positions, at once instead. Collective. `is_condensed`: corrections of
   // octahedral transforms are signed as well. `knows_positions`: the positions to predict from are computed.
   template <Lanes L>
@@ -123,6 +127,7 @@ class IntegerDecoder {
     if (has_steps()) {
       step_through(parallelograms_3d_);
       step_through(parallelograms_2d_);
+      if constexpr (kStepsFour) step_through(parallelograms_4d_);
       return step_through(normals_);
     }
     if (!is_independent_) return;
@@ -135,6 +140,8 @@ class IntegerDecoder {
   PSPLIT_HD bool is_predicted() const { return is_predicted_; }
   PSPLIT_HD ParallelogramSteps<Index, 3>& parallelograms_3d() { return parallelograms_3d_; }
   PSPLIT_HD ParallelogramSteps<Index, 2>& parallelograms_2d() { return parallelograms_2d_; }
+  // Only if kStepsFour.
+  PSPLIT_HD ParallelogramSteps<Index, 4>& parallelograms_4d() { return parallelograms_4d_; }
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
 
   // `parallelograms` come from the previous attribute, or are empty, and are the last that was taken from the
@@ -225,7 +232,7 @@ class IntegerDecoder {
 
   PSPLIT_HD bool has_parallelograms() const {
     const uint32_t components = attribute_->value_components();
-    return data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3);
+    return data_.scheme == Scheme::kParallelogram && components >= 2 && components <= (kStepsFour ? 4 : 3);
   }
   PSPLIT_HD bool has_normal_steps() const {
     return data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal;
@@ -236,7 +243,7 @@ class IntegerDecoder {
   template <Lanes L>
   PSPLIT_HD bool predict_by_lanes(L lanes) {
     const uint32_t components = attribute_->value_components();
-    if (has_parallelograms()) {
+    if (has_parallelograms() && components < 4) {
       if (components == 3)
         predict_by_parallelogram(lanes, values<3>(), data_.wrap);
       else
@@ -267,8 +274,10 @@ class IntegerDecoder {
       normals_ = {values<2>(), data_.grid, canonicalized};
     else if (attribute_->value_components() == 3)
       parallelograms_3d_ = ParallelogramSteps<Index, 3>({values<3>(), data_.wrap});
-    else
+    else if (attribute_->value_components() == 2)
       parallelograms_2d_ = ParallelogramSteps<Index, 2>({values<2>(), data_.wrap});
+    else if constexpr (kStepsFour)
+      parallelograms_4d_ = ParallelogramSteps<Index, 4>({values<4>(), data_.wrap});
   }
 
   PSPLIT_HD Fault predict_components(ParallelogramFinder<Index>& parallelograms, Arena& arena) {
@@ -297,6 +306,8 @@ class IntegerDecoder {
   Fault early_fault_ = Fault::kNone;  // of take_prediction
   ParallelogramSteps<Index, 3> parallelograms_3d_;
   ParallelogramSteps<Index, 2> parallelograms_2d_;
+  [[no_unique_address]]
+  typename MemberIf<!PSPLIT_IS_SMALL_CODE, ParallelogramSteps<Index, 4>>::Type parallelograms_4d_;
   NormalSteps<Index> normals_;
 };
 

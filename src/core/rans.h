@@ -51,12 +51,17 @@ class RansBits {
     return bit;
   }
 
-  // Like next(), but without branches, for unpredictable bits and for several runs in step. May load the byte
-  // before the block, which exists: the last byte of the block's length.
+  // Like next(), but without a branch for the bit, which is unpredictable. That a byte is due is not: most bits
+  // of a run are alike, and take far less than a bit of the state. A device has no branch for it either, and
+  // may load the byte before the block, which exists: the last byte of the block's length.
   PSPLIT_HD uint32_t next_fast() {
-    const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);
-    state_ = select(due, state_ << 8 | *(block_ + size_ - 1), state_);
-    size_ -= due & 1;
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);
+      state_ = select(due, state_ << 8 | *(block_ + size_ - 1), state_);
+      size_ -= due & 1;
+    } else if (PSPLIT_UNLIKELY(state_ < kBase) && size_ > 0) {
+      state_ = state_ << 8 | block_[--size_];
+    }
     const uint32_t one = (state_ >> 8) * prob_one_, rest = state_ & 0xff, bit = mask(rest < prob_one_);
     state_ = select(bit, one + rest, state_ - one - prob_one_);
     return bit & 1;

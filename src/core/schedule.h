@@ -115,15 +115,19 @@ PSPLIT_HD void take_chains(Decoder* const* decoders, uint32_t count) {
 template <typename Index>
 PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
   ParallelogramSteps<Index, 3>* points = nullptr;
+  ParallelogramSteps<Index, 4>* fours = nullptr;
   ParallelogramSteps<Index, 2>* places = nullptr;
   NormalSteps<Index>* normals = nullptr;
   for (size_t i = 0; i < integers.size(); ++i) {
     if (points == nullptr && integers[i].parallelograms_3d().steps_left() > 0)
       points = &integers[i].parallelograms_3d();
+    if (fours == nullptr && integers[i].parallelograms_4d().steps_left() > 0)
+      fours = &integers[i].parallelograms_4d();
     if (places == nullptr && integers[i].parallelograms_2d().steps_left() > 0)
       places = &integers[i].parallelograms_2d();
     if (normals == nullptr && integers[i].normals().steps_left() > 0) normals = &integers[i].normals();
   }
+  if (points != nullptr && fours != nullptr) step_in_turn(*points, *fours);
   if (points != nullptr && places != nullptr && normals != nullptr) step_in_turn(*points, *places, *normals);
   if (points != nullptr && normals != nullptr) step_in_turn(*points, *normals);
   if (places != nullptr && normals != nullptr) step_in_turn(*places, *normals);
@@ -168,7 +172,12 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
     case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
       const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
-      if (count == 1) step_chains(traversals(*decoders[0]), sequences(*decoders[0]));
+      if (count == 1) {
+        step_chains(traversals(*decoders[0]), sequences(*decoders[0]));
+        // Symbols that are not read yet take turns with the traversals, too.
+        if (Decoder::kWalksOn && !decoders[0]->is_read())
+          return for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
+      }
       if constexpr (PSPLIT_IS_SMALL_CODE) {
         for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
         for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
@@ -186,9 +195,12 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
         for_runs<CreatedValues<Index>>(
             decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
             step_created<kInStep, Index>);
-      if (!PSPLIT_IS_SMALL_CODE && count == 1) step_predictions(decoders[0]->integers());
+      if constexpr (Integers::kStepsFour)
+        if (count == 1) step_predictions(decoders[0]->integers());
       take_predictions(&Integers::parallelograms_3d, step_all<kInStep, ParallelogramSteps<Index, 3>>);
       take_predictions(&Integers::parallelograms_2d, step_all<kInStep, ParallelogramSteps<Index, 2>>);
+      if constexpr (Integers::kStepsFour)
+        take_predictions(&Integers::parallelograms_4d, step_all<kInStep, ParallelogramSteps<Index, 4>>);
       take_predictions(&Integers::normals, step_normals<Index>);
       return;
     case Stop::kCorrections:

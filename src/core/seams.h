@@ -79,21 +79,29 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
     copy<Index>(opposite, out.table.opposite);
     return true;
   };
-  for (size_t i = 0; i < bits.size();) {
-    // Most edges are not seams.
-    if (bits.size() - i >= 8 && load_le64(bits.data() + i) == 0) {
-      i += 8;
-      continue;
+  // Seams are listed before they are cut, because a branch for each edge is unpredictable.
+  constexpr size_t kBlock = 32;
+  Index seams[kBlock];
+  for (size_t start = 0; start < bits.size(); start += kBlock) {
+    const size_t end = bits.size() - start < kBlock ? bits.size() : start + kBlock;
+    if (end - start == kBlock) {
+      uint64_t any = 0;
+      for (size_t i = start; i < end; i += 8) any |= load_le64(bits.data() + i);
+      if (any == 0) continue;
     }
-    if (bits[i] != 0) {
-      if (!out.has_seams && !begin()) return Fault::kWorkspace;
-      const Index corner = edges[i];
+    uint32_t count = 0;
+    for (size_t i = start; i < end; ++i) {
+      seams[count] = edges[i];
+      count += bits[i];
+    }
+    if (count > 0 && !out.has_seams && !begin()) return Fault::kWorkspace;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Index corner = seams[i];
       out.table.opposite[opposite[corner]] = kNone<Index>;
       out.table.opposite[corner] = kNone<Index>;
       on_seam[vertex[next(corner)]] = true;
       on_seam[vertex[previous(corner)]] = true;
     }
-    ++i;
   }
   return Fault::kNone;
 }
