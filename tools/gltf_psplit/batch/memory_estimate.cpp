@@ -91,19 +91,19 @@ AssetCounts counts_of_ply(Scanner& scanner, uint64_t bytes) {
   return counts;
 }
 
-// Each corner of a facet may be a point of its own.
+// Each corner of a facet may be a point of its own. What these take when they are encoded is more than the
+// doubles of a text's positions, which are free by then.
 AssetCounts counts_of_stl(Scanner& scanner, uint64_t bytes) {
   constexpr uint64_t kBinaryFacet = 50;
-  uint64_t facet_bytes = kBinaryFacet, doubles = 0;
+  uint64_t facet_bytes = kBinaryFacet;
   if (!has_size_of_binary_stl(scanner) && is_text_stl(scanner)) {
     const std::string_view head = scanner.peek(Scanner::kMostPeeked);
     uint64_t facets = 1;  // the solid's first line makes up for the last one, which is cut
     for (size_t at = head.find("endfacet"); at != head.npos; at = head.find("endfacet", at + 1)) ++facets;
     facet_bytes = std::max<uint64_t>(head.size() / facets, kBinaryFacet);
-    doubles = kDoublesBytes;
   }
   const uint64_t facets = bytes / facet_bytes;
-  return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes + doubles)};
+  return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes)};
 }
 
 // Reads the counts from the front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices
