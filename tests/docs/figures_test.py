@@ -52,7 +52,7 @@ kCells = [
     ("README.md", rf"one thread: {N} to {N} times as fast as libdraco", typical, rf"^\| [035] \| 40 \| {N} \|"),
     ("README.md", rf"as libdraco, at least {N} times", typical, rf"^\| [035] \| 40 \| [\d.]+ \| {N} \|"),
     ("README.md", rf"these assets {N} to {N} times as fast with zstd", typical, rf"^\| 5 \| 1\.2, codec 1 \| zstd \| {N} "),
-    ("README.md", rf"zstd and {N} times with brotli", typical, rf"^\| 5 \| 1\.2, codec 1 \| brotli \| {N} "),
+    ("README.md", rf"zstd and {N} to {N} times with brotli", typical, rf"^\| 5 \| 1\.2, codec 1 \| brotli \| {N} "),
     ("README.md", rf"default for {N} of these", typical, rf"^\| 5 \| 1\.2, codec 1 \| brotli .* {N} of 40"),
     ("README.md", rf"takes {N} to {N} of the time of `draco_encoder`", encoding, rf"^\| `gltf-psplit encode -j 1` \| [\d.]+ \| {N} "),
     ("README.md", rf"and {N} to {N} on two threads", encoding, rf"^\| `gltf-psplit encode -j 2` \| [\d.]+ \| {N} "),
