@@ -53,14 +53,15 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
   pool.for_ranges(coarsening.count, kGrain, [&](size_t begin, size_t end) {
     std::vector<CellGraph::Link>& out = links[begin / kGrain];
     const ObjectPool<std::vector<uint32_t>>::Lease lease(places_of_threads, make_places);
-    std::vector<uint32_t>& places = *lease;
+    const std::span<uint32_t> places(*lease);
+    const std::span<const uint32_t> coarse_of(coarsening.coarse_of);
     for (size_t c = begin; c < end; ++c) {
       const size_t first = out.size();
       uint32_t faces = 0;
-      for (uint32_t i = cells.first[c]; i < cells.first[c + 1]; ++i) {
-        faces += graph.face_count(cells.members[i]);
-        graph.for_each_link(cells.members[i], [&](uint32_t next, uint32_t edges) {
-          const uint32_t cell = coarsening.coarse_of[next];
+      for (const uint32_t member : cells.of(c)) {
+        faces += graph.face_count(member);
+        graph.for_each_link(member, [&](uint32_t next, uint32_t edges) {
+          const uint32_t cell = coarse_of[next];
           if (cell == c) return;
           const size_t place = first + places[cell];
           if (place < out.size() && out[place].cell == cell) {
@@ -132,15 +133,10 @@ class EdgeLinker {
 
   // Adds the edges of a face that these vertices own.
   void add_face(uint32_t face, const std::array<uint32_t, 3>& vertices) {
-    const uint32_t ends[] = {vertices[0], vertices[1], vertices[2], vertices[0]};
-    for (uint32_t c = 0; c < 3; ++c) {
-      const uint32_t a = ends[c], b = ends[c + 1];
-      // The edge belongs to one of its vertices, the same in either direction. About half of a vertex's edges
-      // are its own, however vertices are numbered.
-      const bool is_odd = ((a ^ b) & 1) != 0;
-      const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
-      if (owner - first_ < edges_.size()) add_edge(owner - first_, a ^ b ^ owner, 3 * face + c, face);
-    }
+    const auto [a, b, c] = vertices;
+    add_side(a, b, 3 * face, face);
+    add_side(b, c, 3 * face + 1, face);
+    add_side(c, a, 3 * face + 2, face);
   }
 
   std::vector<FaceGraph::Extra> extra;  // links that do not fit
@@ -149,8 +145,15 @@ class EdgeLinker {
   // Of a vertex. Its edges beyond these are in a table.
   static constexpr uint32_t kMostFurther = 8;
 
+  // The edge belongs to one of its vertices, the same in either direction. About half of a vertex's edges are
+  // its own, however vertices are numbered.
+  PSPLIT_INLINE void add_side(uint32_t a, uint32_t b, uint32_t side, uint32_t face) {
+    const bool is_odd = ((a ^ b) & 1) != 0;
+    const uint32_t owner = core::select(core::mask((a < b) != is_odd), a, b);
+    if (owner - first_ < edges_.size()) add_edge(owner - first_, a ^ b ^ owner, side, face);
+  }
   // Side `side` of the mesh, which is of this face, is the edge from the vertex with this number here to `end`.
-  void add_edge(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
+  PSPLIT_INLINE void add_edge(uint32_t owner, uint32_t end, uint32_t side, uint32_t face) {
     uint8_t& count = counts_[owner];
     OwnedEdge(&edges)[FirstEdges::kEdges] = edges_[owner].edges;
     const uint32_t place = place_of(end, edges, count);
@@ -161,7 +164,7 @@ class EdgeLinker {
     link(std::exchange(edges[place].side, side), side, face);
   }
   // `from` is kNoCell, or a side whose face is to be linked with this one across `side`.
-  void link(uint32_t from, uint32_t side, uint32_t face) {
+  PSPLIT_INLINE void link(uint32_t from, uint32_t side, uint32_t face) {
     const uint32_t other = from / 3, is_linked = core::mask((from != kNoCell) & (other != face));
     sides_[side] = core::select(is_linked, other, kNoCell);
     uint32_t& across = places_[is_linked & 1][from & is_linked];

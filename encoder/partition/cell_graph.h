@@ -93,6 +93,10 @@ struct Groups {
   std::vector<uint32_t> first, members;
 
   Groups(std::span<const uint32_t> group_of, uint32_t group_count);
+
+  std::span<const uint32_t> of(size_t group) const {
+    return std::span(members).subspan(first[group], first[group + 1] - first[group]);
+  }
 };
 
 }  // namespace psplit

@@ -140,12 +140,11 @@ std::vector<uint32_t> link_lengths(const DistanceMap& map, const FaceGraph& face
   std::vector<uint64_t> link_to(cells.cell_count());
   for (uint32_t cell = 0; cell < cells.cell_count(); ++cell) {
     for (uint64_t i = cells.first[cell]; i < cells.first[cell + 1]; ++i) link_to[cells.links[i].cell] = i;
-    for (uint32_t i = members.first[cell]; i < members.first[cell + 1]; ++i)
-      faces.for_each_link(members.members[i], [&](uint32_t across, uint32_t) {
+    for (const uint32_t face : members.of(cell))
+      faces.for_each_link(face, [&](uint32_t across, uint32_t) {
         const uint32_t other = cell_of[across];
         if (other == cell) return;
-        const uint64_t length =
-            uint64_t{map.distance(members.members[i])} + kSpokeLength + map.distance(across);
+        const uint64_t length = uint64_t{map.distance(face)} + kSpokeLength + map.distance(across);
         uint32_t& least = lengths[link_to[other]];
         least = static_cast<uint32_t>(std::min<uint64_t>(least, length));
       });

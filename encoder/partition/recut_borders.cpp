@@ -55,8 +55,7 @@ std::vector<BorderPair> find_borders(const Graph& graph, std::span<const uint32_
   std::vector<Entry> some;
   for (uint32_t patch = 0; patch < is_active.size(); ++patch) {
     some.clear();
-    for (uint32_t i = by_patch.first[patch]; i < by_patch.first[patch + 1]; ++i)
-      some.push_back(all[by_patch.members[i]]);
+    for (const uint32_t entry : by_patch.of(patch)) some.push_back(all[entry]);
     std::stable_sort(some.begin(), some.end(), [](const Entry& x, const Entry& y) { return x.b < y.b; });
     for (const Entry& entry : some) {
       if (pairs.empty() || pairs.back().a != entry.a || pairs.back().b != entry.b)

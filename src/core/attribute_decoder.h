@@ -86,7 +86,7 @@ class AttributeDecoder {
     return finish_traversals();
   }
 
-  // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
+  // Finish traversals, and the pending sequences, after their steps were taken. finish_sequences is collective.
   PSPLIT_HD Fault finish_traversals() {
     if (!degree_walks_.empty()) {
       const Fault fault = degree_walks_[0].finish();

@@ -42,7 +42,8 @@ namespace psplit::core {
 template <typename Index, StreamKinds kKinds>
 class PatchDecoder {
  public:
-  // Whether one thread's traversals go on beside symbols that are read after others: 350 bytes of small code.
+  // Whether one thread's traversals go on beside symbols that are read after others. It costs 350 bytes of
+  // small code, and traversals keep their memory until the last symbols are read.
   static constexpr bool kWalksOn = !PSPLIT_IS_SMALL_CODE;
 
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
@@ -90,7 +91,8 @@ class PatchDecoder {
   }
 
   // Goes on to the next stop after all steps were taken, except steps that sequences leave to their finish.
-  // Collective: all lanes share the decoder.
+  // Stays at kChains while more symbols come, beside which one thread may take the steps that its traversals
+  // have left. Collective: all lanes share the decoder.
   template <Lanes L>
   PSPLIT_HD Fault resume(L lanes) {
     const Stop stop = stop_;
@@ -217,7 +219,7 @@ class PatchDecoder {
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
     // Traversals of one thread may have steps left, which it takes beside the symbols that are read now.
-    const bool walks_on = L::size() == 1 && kWalksOn && attributes_.walks();
+    const bool walks_on = L::size() == 1 && kWalksOn && !attributes_.is_read() && attributes_.walks();
     // Whoever takes the steps, the fault of a traversal comes before that of a sequence.
     const auto first = [&](Fault fault) {
       if (!walks_on || fault == Fault::kNone) return fault;

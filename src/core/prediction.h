@@ -43,8 +43,8 @@ PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& 
   }
 }
 
-// Computes the values of an attribute from its corrections, except parallelograms of two and three components
-// and normals by difference: ParallelogramSteps and NormalSteps compute those (see IntegerDecoder). kComponents
+// Computes the values of an attribute from its corrections, except those that IntegerDecoder has steps for:
+// parallelograms of two and three components, on hosts also of four, and normals by difference. kComponents
 // is 0 if their number is known only at run time. `parallelograms` come from an earlier attribute, or are
 // empty; if others are needed, they are found in the arena's memory.
 template <typename Index, uint32_t kComponents>

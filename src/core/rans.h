@@ -51,9 +51,9 @@ class RansBits {
     return bit;
   }
 
-  // Like next(), but without a branch for the bit, which is unpredictable. That a byte is due is not: most bits
-  // of a run are alike, and take far less than a bit of the state. A device has no branch for it either, and
-  // may load the byte before the block, which exists: the last byte of the block's length.
+  // Like next(), but without a branch for the bit, which is unpredictable. That a byte is due is not: the bits
+  // of most runs are mostly alike, and take far less than a bit of the state. A device has no branch for it
+  // either, and may load the byte before the block, which exists: the last byte of the block's length.
   PSPLIT_HD uint32_t next_fast() {
     if constexpr (PSPLIT_MOVES_ROWS) {
       const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);

@@ -16,8 +16,8 @@ enum class Stop : uint8_t {
   kChains,        // sequences() of the attributes, traversals(), degree_walks(), and the tokens of
                   // condensed_attributes()
   kCorrections,   // none
-  kPrediction,  // parallelograms_3d(), parallelograms_2d() and normals() of integers(), and the created values
-                // of condensed_attributes()
+  kPrediction,    // parallelograms_3d(), parallelograms_2d(), parallelograms_4d() and normals() of integers(),
+                  // and the created values of condensed_attributes()
   kDone,
 };
 
@@ -111,7 +111,8 @@ PSPLIT_HD void take_chains(Decoder* const* decoders, uint32_t count) {
   wide.template finish<Wide>();
 }
 
-// Takes steps of a stream's predictions in turn: of three kinds until one ends, then of two. One may be left.
+// Takes steps of a stream's predictions in turn: of points and groups of four until one ends, then of three
+// kinds until one ends, then of two. One may be left.
 template <typename Index>
 PSPLIT_HD void step_predictions(View<IntegerDecoder<Index>> integers) {
   ParallelogramSteps<Index, 3>* points = nullptr;

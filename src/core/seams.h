@@ -92,7 +92,7 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
     uint32_t count = 0;
     for (size_t i = start; i < end; ++i) {
       seams[count] = edges[i];
-      count += bits[i];
+      count += bits[i] != 0;
     }
     if (count > 0 && !out.has_seams && !begin()) return Fault::kWorkspace;
     for (uint32_t i = 0; i < count; ++i) {

@@ -24,7 +24,7 @@ kStream, kUsual, kFast = "psplit, one stream a primitive", "psplit, 32 patches",
 kOldRival, kNewRival = r"meshoptimizer 0\.18, codec 0, zstd", r"meshoptimizer 1\.2, codec 1, brotli"
 
 # (page, pattern of a sentence, measured page, pattern of cells). Each group of a pattern is a number. Two numbers of a sentence are
-# the least and the largest cell; one is any of the cells, or after "at least" the least.
+# the least and the largest cell; one is any of the cells, or after "at least" the least, rounded down.
 kCells = [
     ("README.md", rf"Dragon, {N} triangles", compare, rf"has {N} faces"),
     ("README.md", rf"stock Draco, one stream \| {N} \|", compare, newest(codec("libdraco, one stream a primitive, speed 5", [N]))),
@@ -80,6 +80,11 @@ def is_rounded(number, cell):
     return abs(abs(value(number)) - abs(cell)) <= 0.5 * 10 ** -digits + 1e-9
 
 
+def is_at_least(number, cell):
+    """Whether a number of a sentence is a cell, rounded down to the digits that the sentence has."""
+    return 0 <= cell - value(number) < 10 ** -len(number.partition(".")[2])
+
+
 def flat(text):
     return " ".join(text.split())
 
@@ -92,7 +97,8 @@ def faults_of_cells():
         found = [value(cell) for match in re.finditer(cells, text if cells.startswith("^") else flat(text), re.M) for cell in match.groups()]
         if not said or not found:
             yield f"{page if not said else source} has no longer {sentence if not said else cells!r}: change {sys.argv[0]}"
-        elif len(said.groups()) == 1 and not any(is_rounded(said[1], cell) for cell in ([min(found)] if "at least" in said.group() else found)):
+        elif len(said.groups()) == 1 and not (
+                is_at_least(said[1], min(found)) if "at least" in said.group() else any(is_rounded(said[1], cell) for cell in found)):
             yield f"{page}: {said.group()!r}, but {source} has {found}"
         elif len(said.groups()) == 2 and not (is_rounded(said[1], min(found)) and is_rounded(said[2], max(found))):
             yield f"{page}: {said.group()!r}, but {source} has {found}"

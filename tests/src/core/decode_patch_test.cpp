@@ -10,6 +10,7 @@
 
 #include "tests/src/core/decode_mesh.h"
 #include "tests/support/corpus_streams.h"
+#include "tests/support/draco_features.h"
 #include "tests/support/expect.h"
 #include "tests/support/mutants.h"
 #include "tests/support/sanitizers.h"
@@ -113,6 +114,42 @@ TEST(DecodePatch, StreamsInStepDecodeAsEachAlone) {
   }
   EXPECT_GT(in_step.whole, 100u);
   EXPECT_GT(in_step.broken, 30u);
+}
+
+// The symbols that follow tags are known late: one thread takes their steps beside those that traversals have
+// left, which streams in step have no more. So a stream of several tagged attributes, the last among them, must
+// mean the same both ways, and have the same fault if its bytes are damaged.
+TEST(DecodePatch, TraversalsMayEndBesideSymbolsAfterTags) {
+  InStep in_step;
+  std::mt19937 random(1);
+  size_t streams = 0;
+  for (const DracoStream& stream : small_draco_streams()) {
+    if (stream.bytes.size() > 20'000) continue;
+    const StreamFeatures features = must(read_features(stream.bytes));
+    const auto is_tagged = [](const AttributeFeatures& attribute) { return attribute.symbols == 0; };
+    const auto tagged = std::ranges::count_if(features.attributes, is_tagged);
+    const bool walks = std::ranges::any_of(
+        features.attributes, [](const AttributeFeatures& attribute) { return attribute.traversal == 0; });
+    if (!features.edgebreaker || !walks || tagged < 2 || !is_tagged(features.attributes.back())) continue;
+    SCOPED_TRACE(stream.name);
+    ++streams;
+    for (size_t round = 0; round < 20; ++round) {
+      std::vector<std::vector<uint8_t>> damaged(InStep::kCount, stream.bytes);
+      StreamHeader headers[InStep::kCount];
+      bool fits = true;
+      for (uint32_t n = 0; n < InStep::kCount; ++n) {
+        std::vector<uint8_t>& bytes = damaged[n];
+        for (uint32_t edits = n; edits > 0; --edits) edit(bytes, random() % bytes.size(), random);
+        fits = fits && read_stream_header(bytes.data(), bytes.size(), headers[n]) == Fault::kNone &&
+               headers[n].fits_16_bits();
+      }
+      if (!fits) continue;
+      ASSERT_NO_FATAL_FAILURE(in_step.expect_as_alone(headers));
+    }
+  }
+  EXPECT_GT(streams, 10u);
+  EXPECT_GT(in_step.whole, 200u);
+  EXPECT_GT(in_step.broken, 200u);
 }
 
 TEST(DecodePatch, RefusesEveryTruncation) {

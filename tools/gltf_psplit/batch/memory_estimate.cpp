@@ -46,7 +46,8 @@ AssetCounts counts_of_gltf(const AssetRecords& records) {
 
 // OBJ and STL are read through a table of their points.
 constexpr uint64_t kTableBytes = 12, kVectorBytes = 12, kPairBytes = 8;
-// Positions of texts are in doubles until their origin is known.
+// Positions of texts are in doubles until their origin is known. Those of an STL are free before its points
+// take most memory.
 constexpr uint64_t kDoublesBytes = 24;
 
 // The unpacked size of a file. A gzip file ends with it, modulo 2^32.
