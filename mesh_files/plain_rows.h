@@ -22,34 +22,38 @@ struct PlainSlice {
   bool is_complete = false;   // otherwise the next row is not plain
 };
 
-// Returns whether there was a blank.
-inline bool skip_blanks(const char*& at, const char* end) {
+// Skips blanks of a text that does not end with them. Returns whether there were some.
+inline bool skip_blanks(const char*& at) {
   const char* const begin = at;
-  while (at != end && (*at == ' ' || *at == '\t')) ++at;
+  while (*at == ' ' || *at == '\t') ++at;
   return at != begin;
 }
 
-// Reads up to `most` rows from `at` to `end`, where a line ends. Each row is one line. `read_row(at, end)`
-// returns the end of the row's last number, or null if the row is not plain; `store_row(rows)` keeps the row
-// that it read.
+// Reads up to `most` rows from `at` to `end`, where a line ends with \n. Each row is one line. `resize(rows,
+// n)` gives rows memory for n of them; `read_row(at, end, rows, n)` reads row n, and returns the end of its
+// last number, or null if the row is not plain.
 template <typename Rows, typename Reader>
-void read_plain_slice(const char* at, const char* end, uint64_t most, Reader reader, PlainSlice<Rows>& slice) {
+void read_plain_slice(const char* at, const char* end, uint64_t most, const Reader& reader,
+                      PlainSlice<Rows>& slice) {
+  constexpr uint64_t kBlock = 1024;  // rows
   const auto ends_line = [&](const char* c) { return *c == '\n' || (*c == '\r' && c != end && c[1] == '\n'); };
-  while (slice.row_count < most) {
-    while (skip_blanks(at, end) || (at != end && ends_line(at))) {
+  for (uint64_t room = 0; slice.row_count < most;) {
+    while (skip_blanks(at) || (at != end && ends_line(at))) {
       if (at == end || !ends_line(at)) continue;
       slice.line_count += *at == '\n' ? 1 : 0;
       ++at;
     }
     if (at == end) break;
-    const char* behind = reader.read_row(at, end);
+    if (slice.row_count == room)
+      reader.resize(slice.rows, static_cast<size_t>(room += std::min(kBlock, most - room)));
+    const char* behind = reader.read_row(at, end, slice.rows, static_cast<size_t>(slice.row_count));
     if (behind == nullptr) break;
-    skip_blanks(behind, end);
+    skip_blanks(behind);
     if (!ends_line(behind)) break;
-    reader.store_row(slice.rows);
     ++slice.row_count;
     at = behind;
   }
+  reader.resize(slice.rows, static_cast<size_t>(slice.row_count));
   slice.end = at;
   slice.is_complete = at == end || slice.row_count == most;
 }
@@ -88,8 +92,8 @@ inline std::pair<const char*, uint64_t> first_lines(const char* begin, const cha
 }
 
 // Reads rows from the lines that the scanner has in memory. Ends before the first row that is not plain:
-// is_complete of the last slice is false then. Slices are in order. A Reader has read_row and store_row as
-// above, and reserve(rows, count), which gives the rows memory for `count` more. It is copied for each thread.
+// is_complete of the last slice is false then. Slices are in order. A Reader has resize and read_row as above,
+// and reserve(rows, count), so that rows can grow to `count` without being moved. All threads share it.
 template <typename Rows, typename Reader>
 std::vector<PlainSlice<Rows>> read_plain_rows(Scanner& scanner, uint64_t most, const Reader& reader,
                                               const ThreadPool& pool) {

@@ -10,6 +10,7 @@
 #include "mesh_files/face_texcoords.h"
 #include "mesh_files/mtl.h"
 #include "mesh_files/own_semantics.h"
+#include "mesh_files/plain_numbers.h"
 #include "mesh_files/plain_rows.h"
 #include "mesh_files/rounded_numbers.h"
 
@@ -228,7 +229,7 @@ class PlainVertexReader {
  public:
   using Rows = std::vector<Array<std::byte>>;  // the values of each attribute
 
-  PlainVertexReader(const PlyElement& element, VertexLayout& layout) : values_(element.properties.size()) {
+  PlainVertexReader(const PlyElement& element, VertexLayout& layout) {
     for (const Attribute& attribute : layout.attributes()) strides_.push_back(attribute.stride());
     for (size_t i = 0; i < element.properties.size(); ++i) {
       const PlyProperty& property = element.properties[i];
@@ -240,50 +241,44 @@ class PlainVertexReader {
                           type == ComponentType::kFloat32, property.type == PlyType::kFloat32,
                           range_of(property.type).second});
     }
-    is_possible_ &= columns_.size() == values_.size() && !layout.is_precise();
+    is_possible_ &= columns_.size() == element.properties.size() && !layout.is_precise();
   }
 
   bool is_possible() const { return is_possible_; }
 
-  const char* read_row(const char* at, const char* end) {
-    for (size_t i = 0; i < columns_.size(); ++i) {
-      if (i > 0 && !skip_blanks(at, end)) return nullptr;
-      if (columns_[i].is_float) {
+  void reserve(Rows& rows, size_t count) const {
+    rows.resize(strides_.size());
+    for (size_t i = 0; i < strides_.size(); ++i) rows[i].reserve(count * strides_[i]);
+  }
+  void resize(Rows& rows, size_t count) const {
+    rows.resize(strides_.size());
+    for (size_t i = 0; i < strides_.size(); ++i) rows[i].resize(count * strides_[i]);
+  }
+
+  const char* read_row(const char* at, const char* end, Rows& rows, size_t row) const {
+    bool is_first = true;
+    for (const Column& column : columns_) {
+      if (!is_first && !skip_blanks(at)) return nullptr;
+      is_first = false;
+      std::byte* const to = rows[column.attribute].data() + row * strides_[column.attribute] + column.offset;
+      if (column.is_float) {
         float value = 0;
         at = parse_plain_float(at, end, value);
-        values_[i] = std::bit_cast<uint32_t>(value);
+        std::memcpy(to, &value, sizeof value);
       } else {
         uint32_t value = 0;
         at = parse_plain_integer(at, end, value);
-        if (static_cast<double>(value) > columns_[i].most) return nullptr;
+        if (static_cast<double>(value) > column.most) return nullptr;
         const auto as_float = static_cast<float>(value);
-        if (columns_[i].becomes_float && static_cast<double>(as_float) != static_cast<double>(value))
+        if (column.becomes_float && static_cast<double>(as_float) != static_cast<double>(value))
           return nullptr;  // to be counted
-        values_[i] = columns_[i].becomes_float ? std::bit_cast<uint32_t>(as_float) : value;
+        // Little-endian, as every host of this library.
+        const uint32_t bits = column.becomes_float ? std::bit_cast<uint32_t>(as_float) : value;
+        std::memcpy(to, &bits, column.width);
       }
       if (at == nullptr) return nullptr;
     }
     return at;
-  }
-
-  void reserve(Rows& rows, size_t count) const {
-    rows.resize(strides_.size());
-    for (size_t i = 0; i < strides_.size(); ++i) rows[i].reserve(rows[i].size() + count * strides_[i]);
-  }
-
-  void store_row(Rows& rows) {
-    rows.resize(strides_.size());
-    for (size_t i = 0; i < strides_.size(); ++i) rows[i].resize(rows[i].size() + strides_[i]);
-    for (size_t i = 0; i < columns_.size(); ++i) {
-      const Column& column = columns_[i];
-      Array<std::byte>& bytes = rows[column.attribute];
-      std::byte* const to = bytes.data() + bytes.size() - strides_[column.attribute] + column.offset;
-      // Little-endian, as every host of this library. Most values are floats.
-      if (column.width == sizeof values_[i])
-        std::memcpy(to, &values_[i], sizeof values_[i]);
-      else
-        std::memcpy(to, &values_[i], column.width);
-    }
   }
 
  private:
@@ -293,8 +288,7 @@ class PlainVertexReader {
     double most;
   };
   std::vector<Column> columns_;
-  std::vector<size_t> strides_;   // of attributes
-  std::vector<uint32_t> values_;  // of a row
+  std::vector<size_t> strides_;  // of attributes
   bool is_possible_ = true;
 };
 
@@ -305,25 +299,23 @@ class PlainTriangleReader {
 
   explicit PlainTriangleReader(uint32_t point_count) : point_count_(point_count) {}
 
-  const char* read_row(const char* at, const char* end) {
-    constexpr uint32_t kCorners = 3;
-    uint32_t count = 0;
-    at = parse_plain_integer(at, end, count);
-    if (at == nullptr || count != kCorners) return nullptr;
-    for (uint32_t& corner : triangle_) {
-      if (!skip_blanks(at, end)) return nullptr;
+  void reserve(Rows& rows, size_t count) const { rows.reserve(count); }
+  void resize(Rows& rows, size_t count) const { rows.resize(count); }
+
+  const char* read_row(const char* at, const char* end, Rows& rows, size_t row) const {
+    if (*at++ != '3') return nullptr;
+    std::array<uint32_t, 3> triangle;
+    for (uint32_t& corner : triangle) {
+      if (!skip_blanks(at)) return nullptr;
       at = parse_plain_integer(at, end, corner);
       if (at == nullptr || corner >= point_count_) return nullptr;
     }
+    rows[row] = triangle;
     return at;
   }
 
-  void reserve(Rows& rows, size_t count) const { rows.reserve(rows.size() + count); }
-  void store_row(Rows& rows) { rows.push_back(triangle_); }
-
  private:
   uint32_t point_count_;
-  std::array<uint32_t, 3> triangle_{};
 };
 
 // Decides when plain rows are tried: rarely, if many rows are not plain.

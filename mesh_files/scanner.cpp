@@ -1,12 +1,11 @@
 #include "mesh_files/scanner.h"
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
+#include "mesh_files/plain_numbers.h"
 #include "system/float_text.h"
 
 namespace psplit {
@@ -15,7 +14,6 @@ namespace {
 constexpr size_t kWindow = size_t{1} << 20;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 // Control characters are rare, so one comparison with the space settles most characters.
 bool is_space(char c) { return static_cast<unsigned char>(c) <= ' ' && (is_blank(c) || is_line_end(c)); }
@@ -185,111 +183,6 @@ uint64_t Scanner::drain() {
   do at_ = end_;
   while (fill());
   return offset() - begin;
-}
-
-namespace {
-
-// Eight characters in one word, the first in the lowest byte, as on every host of this library. Returns how
-// many digits they begin with, and the number that these make.
-struct DigitsOfWord {
-  unsigned count;
-  uint32_t number;
-};
-DigitsOfWord digits_of_word(const char* at) {
-  uint64_t word;
-  std::memcpy(&word, at, sizeof word);
-  word ^= 0x3030303030303030u;  // digits become 0 to 9
-  // The highest bit of a byte that is more than 9. A carry reaches bytes after the first of these only.
-  const uint64_t others = (word | (word + 0x7676767676767676u)) & 0x8080808080808080u;
-  const unsigned count = static_cast<unsigned>(std::countr_zero(others)) / 8;
-  if (count == 0) return {0, 0};
-  // Zeros before the digits make eight of them. Neighbours join: to two digits, to four, to eight.
-  word <<= 64 - 8 * count;
-  word = word * 10 + (word >> 8);
-  constexpr uint64_t kPairs = 0x000000ff000000ffu;
-  word = ((word & kPairs) * (100 + (uint64_t{1000000} << 32)) +
-          ((word >> 16) & kPairs) * (1 + (uint64_t{10000} << 32))) >>
-         32;
-  return {count, static_cast<uint32_t>(word)};
-}
-constexpr unsigned kDigitsOfWord = 8;
-
-// Of a number that parse_plain_float reads, the nearest double.
-const char* parse_plain_double(const char* at, const char* end, double& value) {
-  // These powers are exact.
-  static constexpr double kPowers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                                       1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-  static constexpr uint64_t kPowersOfDigits[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000};
-  constexpr int kMostPower = 22, kMostDigits = 18, kMostExponentDigits = 3;
-  constexpr uint64_t kMostExact = uint64_t{1} << 53;
-  const bool is_negative = at != end && *at == '-';
-  if (is_negative) ++at;
-  uint64_t digits = 0;
-  int power = 0, digit_count = 0;
-  const auto read_digits = [&] {
-    const char* const begin = at;
-    // Two words of digits cannot overflow. Numbers with more digits are refused below.
-    for (int words = 0; words < 2 && end - at >= ptrdiff_t{kDigitsOfWord}; ++words) {
-      const DigitsOfWord of_word = digits_of_word(at);
-      digits = kPowersOfDigits[of_word.count] * digits + of_word.number;
-      at += of_word.count;
-      if (of_word.count < kDigitsOfWord) break;
-    }
-    for (; at != end && is_digit(*at); ++at) digits = 10 * digits + static_cast<uint64_t>(*at - '0');
-    digit_count += static_cast<int>(std::min<ptrdiff_t>(at - begin, kMostDigits + 1));
-    return static_cast<int>(std::min<ptrdiff_t>(at - begin, kMostDigits + 1));
-  };
-  read_digits();
-  if (at != end && *at == '.') {
-    ++at;
-    power = -read_digits();
-  }
-  if (digit_count == 0 || digit_count > kMostDigits || digits > kMostExact) return nullptr;
-  if (at != end && (*at == 'e' || *at == 'E')) {
-    ++at;
-    const bool is_below = at != end && *at == '-';
-    if (at != end && (*at == '-' || *at == '+')) ++at;
-    int exponent = 0, count = 0;
-    for (; at != end && is_digit(*at) && count <= kMostExponentDigits; ++at, ++count)
-      exponent = 10 * exponent + (*at - '0');
-    if (count == 0 || count > kMostExponentDigits) return nullptr;
-    power += is_below ? -exponent : exponent;
-  }
-  if (power < -kMostPower || power > kMostPower) return nullptr;
-  // One operation on exact numbers, so that the double is the nearest one.
-  const double wide =
-      power < 0 ? static_cast<double>(digits) / kPowers[-power] : static_cast<double>(digits) * kPowers[power];
-  // The float nearest to it is the one nearest to the number, unless the double is in the middle of two floats:
-  // the number may then be on either side.
-  constexpr uint64_t kBelowFloat = (uint64_t{1} << 29) - 1, kMiddle = uint64_t{1} << 28;
-  if ((std::bit_cast<uint64_t>(wide) & kBelowFloat) == kMiddle) return nullptr;
-  if (digits != 0 && !(wide >= double{std::numeric_limits<float>::min()} && wide < 1e38)) return nullptr;
-  value = is_negative ? -wide : wide;
-  return at;
-}
-
-}  // namespace
-
-const char* parse_plain_float(const char* at, const char* end, float& value) {
-  double wide = 0;
-  at = parse_plain_double(at, end, wide);
-  value = static_cast<float>(wide);
-  return at;
-}
-
-const char* parse_plain_integer(const char* at, const char* end, uint32_t& value) {
-  constexpr ptrdiff_t kMostDigits = 9;
-  const char* const begin = at;
-  value = 0;
-  if (end - at >= ptrdiff_t{kDigitsOfWord}) {
-    const DigitsOfWord of_word = digits_of_word(at);
-    value = of_word.number;
-    at += of_word.count;
-    if (of_word.count < kDigitsOfWord) return of_word.count == 0 ? nullptr : at;
-  }
-  for (; at != end && is_digit(*at) && at - begin <= kMostDigits; ++at)
-    value = 10 * value + static_cast<uint32_t>(*at - '0');
-  return at == begin || at - begin > kMostDigits ? nullptr : at;
 }
 
 std::optional<float> parse_float(std::string_view word) {

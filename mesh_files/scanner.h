@@ -72,11 +72,6 @@ std::optional<double> parse_precise(std::string_view word);
 // Decimal digits after at most one sign.
 std::optional<int64_t> parse_integer(std::string_view word);
 
-// Numbers as nearly all files write them, in a fraction of the time. They return the end of the number, or null
-// if it is another one, for parse_float and parse_integer. What follows it is not looked at.
-const char* parse_plain_float(const char* at, const char* end, float& value);
-const char* parse_plain_integer(const char* at, const char* end, uint32_t& value);
-
 // "line 12: ..."
 Status error_at_line(uint64_t line, const std::string& what);
 // "byte 1234: ..."

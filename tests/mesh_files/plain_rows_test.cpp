@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "mesh_files/plain_numbers.h"
 #include "mesh_files/ply.h"
 #include "tests/mesh_files/mesh_text.h"
 
